@@ -1,0 +1,118 @@
+"""Find the OpenCL devices of this machine and rank them.
+
+The order in which drivers report themselves means nothing: a simulator or a system's older PoCL may come first. Rank
+by what the work needs: double precision, then kind, then driver; and let the user name another.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from functools import cache
+from typing import Any
+
+from lenscl.device.environment import opencl
+from lenscl.device.runtime import Device
+from lenscl.errors import NoDeviceError
+
+_VARIABLE = "LENSCL_DEVICE"
+_SIMULATORS = ("oclgrind",)  # they check kernels, thousands of times slower: only when named
+_KIND_RANK = {"gpu": 0, "accelerator": 1, "cpu": 2}
+_ADVICE = (
+    "Install one with `pip install pocl-binary-distribution` (Linux x86-64) or your vendor's OpenCL driver, "
+    "then look at `lenscl devices` and `lenscl doctor`."
+)
+
+
+def devices() -> tuple[Device, ...]:
+    """Return every OpenCL device, the one to be chosen first; simulators last.
+
+    Raises
+    ------
+    NoDeviceError
+        If OpenCL cannot start here at all.
+    """
+    return _devices()
+
+
+def choose(wanted: str | None = None) -> Device:
+    """Return the device to work on.
+
+    Parameters
+    ----------
+    wanted : str, optional
+        Part of a device's label ("platform: name"), any case. Default: the environment variable LENSCL_DEVICE,
+        else the best device that is not a simulator.
+
+    Raises
+    ------
+    NoDeviceError
+        If there is none, or none of that name; the message lists what there is and how to install one.
+    """
+    found = _devices()
+    wanted = wanted or os.environ.get(_VARIABLE) or None
+    if wanted is None:
+        fit = [device for device in found if not _is_simulator(device)]
+    else:
+        fit = [device for device in found if wanted.lower() in device.label.lower()]
+    if fit:
+        return fit[0]
+    listed = "\n".join(f"  {device.label}" for device in found) or "  (none)"
+    asked = f"no OpenCL device is called {wanted!r}" if wanted else "no usable OpenCL device was found"
+    raise NoDeviceError(f"{asked}. Devices here:\n{listed}\n{_ADVICE}")
+
+
+@cache
+def _devices() -> tuple[Device, ...]:
+    cl = opencl()
+    try:
+        platforms = cl.get_platforms()
+    except cl.Error:  # the loader reports "no platform" as an error
+        return ()
+    found = [_describe(platform, handle) for platform in platforms for handle in _handles(cl, platform)]
+    return tuple(sorted(found, key=_rank))
+
+
+def _handles(cl: Any, platform: Any) -> list[Any]:
+    try:
+        return list(platform.get_devices())
+    except cl.Error:  # a driver without hardware
+        return []
+
+
+def _describe(platform: Any, handle: Any) -> Device:
+    cl = opencl()
+    kinds = {cl.device_type.GPU: "gpu", cl.device_type.CPU: "cpu", cl.device_type.ACCELERATOR: "accelerator"}
+    kind = next((name for flag, name in kinds.items() if handle.type & flag), "other")
+    return Device(
+        platform=platform.name.strip(),
+        name=handle.name.strip(),
+        driver=f"{platform.version.strip()}, {handle.driver_version.strip()}",
+        kind=kind,
+        has_double="cl_khr_fp64" in handle.extensions,
+        widths=_widths(kind, handle),
+        handle=handle,
+    )
+
+
+def _widths(kind: str, handle: Any) -> tuple[int, int]:
+    """Return the lanes of a packet in (single, double): the register's on a CPU, one ray a work-item elsewhere."""
+    if kind != "cpu":
+        return 1, 1
+    single, double = handle.native_vector_width_float, handle.native_vector_width_double
+    return _supported(single, 16), _supported(double, 8)  # double16 crashes the compiler of PoCL 3.0
+
+
+def _supported(native: int, most: int) -> int:
+    return max(width for width in (1, 2, 4, 8, 16) if width == 1 or width <= min(native, most))
+
+
+def _rank(device: Device) -> tuple[bool, bool, int, bool, list[int]]:
+    version = [-int(part) for part in re.findall(r"\d+", device.driver)]
+    is_pocl = "portable computing language" in device.platform.lower()  # the packets are measured on it
+    kind = _KIND_RANK.get(device.kind, len(_KIND_RANK))
+    return _is_simulator(device), not device.has_double, kind, not is_pocl, version
+
+
+def _is_simulator(device: Device) -> bool:
+    return any(name in device.label.lower() for name in _SIMULATORS)

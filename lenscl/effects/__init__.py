@@ -1,0 +1,14 @@
+"""The registry of effects: optional physics, compiled in only when the scene calls for it.
+
+An effect is data: the values its key in `[effects]` takes, and for each the kernel fragment that carries it out. What a
+scene does not ask for leaves no text in its kernel.
+
+>>> EFFECTS["total_reflection"].choices
+('follow', 'end', 'auto')
+"""
+
+from __future__ import annotations
+
+from lenscl.effects.registry import EFFECTS, Effect, Variant, wanted
+
+__all__ = ["EFFECTS", "Effect", "Variant", "wanted"]

@@ -1,0 +1,37 @@
+"""The table of methods and the rule by which `auto` picks one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Method:
+    """One way to find the next intersection."""
+
+    name: str
+    fragments: tuple[str, ...]  # files of kernels/, in order, instantiated once for every distinct surface
+    guarantee: str  # what it promises, in a sentence for users
+    reads: tuple[str, ...]  # the keys of [numerics] it reads
+
+
+_ROWS = (
+    Method(
+        name="march",
+        fragments=("newton.cl", "search_march.cl"),
+        guarantee="finds every crossing but pairs of crossings less than one step apart",
+        reads=("step", "tolerance"),
+    ),
+)
+
+METHODS: Mapping[str, Method] = MappingProxyType({row.name: row for row in _ROWS})
+
+
+def choose(name: str) -> Method:
+    """Return the method of a name; for "auto", the one with the strongest guarantee that serves every surface.
+
+    Rows of the table stand in rising order of their guarantee.
+    """
+    return _ROWS[-1] if name == "auto" else METHODS[name]
