@@ -1,0 +1,106 @@
+// prelude.cl: the vocabulary every other fragment is written in.
+//
+// provides  real, realv, maskv, real3v, LANES; any_lane(), not_lane(), abs_v(), min_v(), max_v();
+//           dot3(), at3(), pick3(), broadcast3(); scatter(), scatter_bytes()
+// set by    the generated head: REAL float|double, MASK int|long, VW 1|2|4|8|16, REAL_MAX, and NUMBER(x), a literal
+//           in that precision (0.6f left in a double build would cost 3e-8)
+//
+// A packet is VW rays held in the lanes of vectors; one work-item carries one packet. This file alone knows how wide a
+// packet is and how precise a number is. Comparisons give masks: 0 or -1 in a vector's lanes, 0 or 1 for one lane, so a
+// mask is only chosen by (m ? a : b), joined by & and |, and turned by not_lane().
+
+#define PASTE_(a, b) a##b
+#define PASTE(a, b) PASTE_(a, b)
+
+typedef REAL real;
+
+#if VW == 1
+typedef REAL realv;
+typedef int maskv;
+#define LANES ((realv)0)
+#define store_lanes(v, at) (*(at) = (v))
+#define load_lanes(at) (*(at))
+#define to_bytes(m) ((uchar)(m))
+#define from_bytes(b) ((maskv)(b))
+typedef char bytev;
+#else
+typedef PASTE(REAL, VW) realv;
+typedef PASTE(MASK, VW) maskv;
+typedef PASTE(char, VW) bytev;
+#define store_lanes(v, at) PASTE(vstore, VW)(v, 0, at)
+#define load_lanes(at) PASTE(vload, VW)(0, at)
+#define to_bytes(m) PASTE(convert_uchar, VW)(m)
+#define from_bytes(b) PASTE(PASTE(convert_, MASK), VW)(b)
+#if VW == 2
+#define LANES ((realv)(0, 1))
+#elif VW == 4
+#define LANES ((realv)(0, 1, 2, 3))
+#elif VW == 8
+#define LANES ((realv)(0, 1, 2, 3, 4, 5, 6, 7))
+#else
+#define LANES ((realv)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
+#endif
+#endif
+
+// Whether any lane of a mask is set. Not the built-in any(): it is a call on PoCL, and for one lane it tests the top bit.
+static inline int any_lane(maskv m) {
+#if VW == 16
+  const PASTE(MASK, 8) by_8 = m.lo | m.hi;
+  const PASTE(MASK, 4) by_4 = by_8.lo | by_8.hi;
+#elif VW == 8
+  const PASTE(MASK, 4) by_4 = m.lo | m.hi;
+#elif VW == 4
+  const maskv by_4 = m;
+#endif
+#if VW == 1
+  return m != 0;
+#elif VW == 2
+  return (m.x | m.y) != 0;
+#else
+  const PASTE(MASK, 2) by_2 = by_4.lo | by_4.hi;
+  return (by_2.x | by_2.y) != 0;
+#endif
+}
+
+static inline maskv not_lane(maskv m) { return m == (maskv)0; }
+
+// The built-ins fabs, fmin and fmax are calls on PoCL; these are one instruction. A NaN in b is passed on by none of them.
+static inline realv abs_v(realv a) { return a < (realv)0 ? -a : a; }
+static inline realv min_v(realv a, realv b) { return b < a ? b : a; }
+static inline realv max_v(realv a, realv b) { return b > a ? b : a; }
+
+typedef struct {
+  realv x, y, z;
+} real3v;  // a structure of lanes, never float3
+
+static inline realv dot3(real3v a, real3v b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+// The point o + t d.
+static inline real3v at3(real3v o, real3v d, realv t) {
+  const real3v p = {o.x + t * d.x, o.y + t * d.y, o.z + t * d.z};
+  return p;
+}
+
+static inline real3v pick3(maskv m, real3v a, real3v b) {
+  const real3v v = {m ? a.x : b.x, m ? a.y : b.y, m ? a.z : b.z};
+  return v;
+}
+
+static inline real3v broadcast3(const real *a) {
+  const real3v v = {(realv)a[0], (realv)a[1], (realv)a[2]};
+  return v;
+}
+
+// Write lane i to out[i * stride].
+static inline void scatter(realv v, global real *out, int stride) {
+  real lanes[VW];
+  store_lanes(v, lanes);
+  for (int i = 0; i < VW; ++i) out[i * stride] = lanes[i];
+}
+
+// Read lane i from in[i * stride].
+static inline realv gather(global const real *in, int stride) {
+  real lanes[VW];
+  for (int i = 0; i < VW; ++i) lanes[i] = in[i * stride];
+  return load_lanes(lanes);
+}

@@ -1,0 +1,36 @@
+// screen.cl: where a ray's last straight leg meets the picture's plane.
+//
+// provides  land()        needs  prelude, ray; picture_t { corner, normal, dual_s, dual_t }
+//
+// The duals are made once by the host: dual_s . right = 1, dual_s . down = 0, and the other way round for dual_t. The
+// solve is then three dot products, and the shape of the parallelogram costs no digits here.
+
+// The coordinate is a place only up to this size; beyond, the ray is as good as parallel to the plane.
+#define FARTHEST ((realv)NUMBER(1e30))
+
+typedef struct {
+  realv s, t;  // picture coordinates; (-1, -1) where the plane is not met
+} place_t;
+
+// End all living rays on the picture, beside it, or nowhere.
+static inline place_t land(ray_t *ray, const picture_t *picture) {
+  // Meet the plane ahead
+  const real3v normal = broadcast3(picture->normal);
+  const real3v from_corner = at3(ray->origin, broadcast3(picture->corner), (realv)-1);
+  const realv distance = -dot3(normal, from_corner) / dot3(normal, ray->direction);
+
+  // Read the coordinates by the duals
+  const real3v dual_s = broadcast3(picture->dual_s), dual_t = broadcast3(picture->dual_t);
+  const realv s = dot3(dual_s, from_corner) + distance * dot3(dual_s, ray->direction);
+  const realv t = dot3(dual_t, from_corner) + distance * dot3(dual_t, ray->direction);
+  const maskv meets = (distance > (realv)0) & (abs_v(s) <= FARTHEST) & (abs_v(t) <= FARTHEST);
+
+  // The picture is half open: 0 is on it, 1 is not
+  const maskv within = meets & (s >= (realv)0) & (s < (realv)1) & (t >= (realv)0) & (t < (realv)1);
+  const maskv lands = ray->alive;
+  end_ray(ray, lands & within, RAY_PICTURE);
+  end_ray(ray, lands & meets & not_lane(within), RAY_OFF_PICTURE);
+  end_ray(ray, lands & not_lane(meets), RAY_BEHIND);
+  const place_t place = {(lands & meets) ? s : (realv)-1, (lands & meets) ? t : (realv)-1};
+  return place;
+}

@@ -1,0 +1,27 @@
+// search.cl: the question every method answers, about one surface in its own space.
+//
+// provides  search_t, root_t        needs  prelude
+//
+// A method provides, for each distinct surface,
+//
+//   root_t SURFACE(first_root)(search, shape)
+//
+// where SURFACE(name) is the surface's own version of a function, shape holds its parameters, and
+//   SURFACE(f)(p, shape)                     is F at local points p, negative inside;
+//   SURFACE(f_gradient)(p, shape, &g)        is the same with grad F in g;
+//   SURFACE(gradient)(p, shape)              is grad F alone.
+
+typedef struct {
+  real3v origin;     // local, where the ray enters the surface's bounding box, or inside it
+  real3v direction;  // local, scaled so that t is in scene units
+  realv length;      // where the ray leaves the box
+  maskv inside;      // lanes that travel in the solid: F < 0 before the root
+  maskv departs;     // lanes that start on this very surface: their root at t = 0 is known and must be removed
+  maskv lanes;       // lanes that ask
+} search_t;
+
+typedef struct {
+  realv t;          // the first root behind 0, where found
+  maskv found;      // lanes that have one within the length
+  maskv undecided;  // lanes for which neither a root nor its absence could be proved
+} root_t;

@@ -1,0 +1,38 @@
+// search_march.cl: the first root by a march of fixed steps, then Newton inside the bracket.
+//
+// provides  SURFACE(first_root)()        needs  prelude, search, newton; method_t { step, tolerance }
+//
+// The baseline. Two crossings within one step pass unseen; a chord that starts on the surface does not, since its first
+// crossing is known to be there. Side and known root come from the event that started the search, never from F at a
+// small distance.
+
+static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, const method_t *method) {
+  // See F as positive on the ray's side. On the surface it is zero but for rounding, which is taken off
+  const realv side = search.inside ? (realv)-1 : (realv)1;
+  const realv f_0 = SURFACE(f)(search.origin, shape);
+  const realv f_start = search.departs ? f_0 : (realv)0;
+
+  // March until F changes sign, the box ends, or F is no number
+  realv steps = (realv)0, low = (realv)0, t = (realv)0, value = (realv)0;
+  maskv marches = search.lanes;
+  while (any_lane(marches)) {
+    steps += (realv)1;
+    const realv next = min_v(steps * (realv)method->step, search.length);
+    low = marches ? t : low;
+    t = marches ? next : t;
+    const realv f = side * (SURFACE(f)(at3(search.origin, search.direction, t), shape) - f_start);
+    value = marches ? f : value;
+    marches = marches & (f >= (realv)0) & (t < search.length);
+  }
+
+  // Between the last two samples there is a root where the sign changed; a ray inside must find one
+  root_t root;
+  root.found = search.lanes & (value < (realv)0);
+  root.undecided = search.lanes & not_lane(root.found) & (search.inside | (value != value));
+  root.t = t;
+  if (any_lane(root.found)) {
+    const maskv divides = search.departs & (low == (realv)0);
+    root.t = SURFACE(polish)(search, shape, side, f_start, divides, low, t, (realv)method->tolerance, root.found);
+  }
+  return root;
+}

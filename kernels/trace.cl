@@ -1,0 +1,78 @@
+// trace.cl: follow a packet of rays from the source through every surface to the picture's plane.
+//
+// provides  the kernel trace
+// needs     prelude, ray, first_ray(), refract(), land(); generated: scene_t, start_on_lenses(), meet_lenses(),
+//           at_interface()
+
+// Take living rays to the next surface and through it; those that meet none stay alive and leave *travels.
+static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *scene, int max_events) {
+  ray_t traveller = *ray;
+  traveller.alive = *travels;
+  hit_t hit;
+  hit.found = hit.undecided = (maskv)0;
+  hit.lens = NOWHERE;
+  hit.t = hit.n_lens = hit.point.x = hit.point.y = hit.point.z = hit.normal.x = hit.normal.y = hit.normal.z = (realv)0;
+  meet_lenses(&traveller, scene, &hit);
+
+  // End what cannot go on
+  const maskv undecided = *travels & hit.undecided;
+  end_ray(ray, undecided, RAY_UNDECIDED);
+  const maskv meets = *travels & hit.found & not_lane(undecided);
+  const maskv trapped = meets & (ray->events >= (maskv)max_events);
+  end_ray(ray, trapped, RAY_TRAPPED);
+
+  // Bend at the surface; the side is known from the ray, not from the normal
+  interface_t at;
+  at.lanes = meets & not_lane(trapped);
+  *travels = at.lanes;
+  const maskv leaves = ray->inside != NOWHERE;
+  const realv n_medium = (realv)scene->n_medium;
+  at.incident = ray->direction;
+  at.normal.x = leaves ? -hit.normal.x : hit.normal.x;
+  at.normal.y = leaves ? -hit.normal.y : hit.normal.y;
+  at.normal.z = leaves ? -hit.normal.z : hit.normal.z;
+  at.n_before = leaves ? hit.n_lens : n_medium;
+  at.n_after = leaves ? n_medium : hit.n_lens;
+  const real3v bent = refract(at.incident, at.normal, at.n_before / at.n_after, &at.total);
+  at.total = at.total & at.lanes;
+
+  // Record the event
+  const maskv crosses = at.lanes & not_lane(at.total);
+  ray->origin = pick3(at.lanes, hit.point, ray->origin);
+  ray->direction = pick3(crosses, bent, ray->direction);
+  ray->on = at.lanes ? hit.lens : ray->on;
+  ray->inside = crosses ? (leaves ? NOWHERE : hit.lens) : ray->inside;
+  ray->events = at.lanes ? ray->events + (maskv)1 : ray->events;
+  at_interface(ray, &at);
+  *travels = *travels & ray->alive;
+}
+
+// One work-item carries one packet of the tile. The output arrays are padded to whole packets.
+kernel void trace(global const scene_t *restrict numbers, const int4 tile, const int max_events,
+                  global real *restrict st,          // (pixels, 2)
+                  global uchar *restrict status,     // (pixels)
+                  global uchar *restrict events,     // (pixels)
+                  global real *restrict origin,      // (pixels, 3)
+                  global real *restrict direction    // (pixels, 3)
+                      RAY_PARAMETERS) {
+  const int first = (int)get_global_id(0) * VW;
+  if (first >= tile.w) return;
+  const scene_t scene = *numbers;
+
+  ray_t ray = first_ray(&scene.film, &scene.source, tile, first RAY_ARGUMENTS);
+  start_on_lenses(&ray, &scene);
+  maskv travels = ray.alive;
+  while (any_lane(travels)) to_next_surface(&ray, &travels, &scene, max_events);
+  const place_t place = land(&ray, &scene.picture);
+
+  scatter(place.s, st + 2 * first, 2);
+  scatter(place.t, st + 2 * first + 1, 2);
+  store_lanes(to_bytes(ray.status), status + first);
+  store_lanes(to_bytes(ray.events), events + first);
+  scatter(ray.origin.x, origin + 3 * first, 3);
+  scatter(ray.origin.y, origin + 3 * first + 1, 3);
+  scatter(ray.origin.z, origin + 3 * first + 2, 3);
+  scatter(ray.direction.x, direction + 3 * first, 3);
+  scatter(ray.direction.y, direction + 3 * first + 1, 3);
+  scatter(ray.direction.z, direction + 3 * first + 2, 3);
+}

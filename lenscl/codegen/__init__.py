@@ -1,0 +1,15 @@
+"""Turn surfaces, a method and effects into the OpenCL C text of one kernel.
+
+Input: a `Structure`, all that decides the text. Output: a `KernelSource`, the text with the layout of the numbers it
+reads. Structure is compiled, numbers are arguments: `specialise` alone draws that line.
+"""
+
+from __future__ import annotations
+
+from lenscl.codegen.assemble import kernel_source
+from lenscl.codegen.fragments import fragment, head
+from lenscl.codegen.layout import EMPTY, Layout, Slot
+from lenscl.codegen.source import KernelSource
+from lenscl.codegen.specialise import Structure
+
+__all__ = ["EMPTY", "KernelSource", "Layout", "Slot", "Structure", "fragment", "head", "kernel_source"]

@@ -1,0 +1,85 @@
+"""Put a kernel together: a list of pieces, in the order in which they build on each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lenscl.codegen.fragments import head, located
+from lenscl.codegen.source import KernelSource
+from lenscl.codegen.specialise import Structure, layout
+from lenscl.codegen.surfaces import surface_functions
+from lenscl.status import RayStatus
+
+
+def kernel_source(structure: Structure) -> KernelSource:
+    """Return the trace kernel of a structure; equal structures give equal text."""
+    numbers = layout(structure)
+    pieces = [
+        _banner(structure),
+        head(structure.precision, structure.width),
+        "".join(f"#define RAY_{status.name} {status.value}\n" for status in RayStatus),
+        located("prelude.cl"),
+        _generated("the numbers of a scene, which a sweep may change without a new kernel"),
+        numbers.declare(),
+        located("ray.cl"),
+        *([] if structure.rays == "given" else [located("film.cl")]),
+        located(f"rays_{structure.rays}.cl"),
+        located("placement.cl"),
+        located("search.cl"),
+        *(piece for prefix in structure.surfaces() for piece in _searched_surface(structure, prefix)),
+        *(piece for number in range(len(structure.lenses)) for piece in _lens(structure, number)),
+        located(f"snell_{structure.snell}.cl"),
+        located("screen.cl"),
+        *(located(f"effects/{effect.name}.cl") for effect in structure.effects),
+        _generated("what this scene consists of"),
+        "\n".join(_calls(structure)),
+        located("trace.cl"),
+    ]
+    return KernelSource(structure, numbers, "\n".join(pieces))
+
+
+def _banner(structure: Structure) -> str:
+    effects = ", ".join(effect.name for effect in structure.effects) or "none"
+    lenses = ", ".join(structure.prefix(number) for number in range(len(structure.lenses)))
+    return (
+        f"// lenses   {lenses}\n// rays     {structure.rays}\n"
+        f"// method   {structure.method.name}: {structure.method.guarantee}\n"
+        f"// snell    {structure.snell}\n// effects  {effects}\n"
+        f"// numbers  {structure.precision}, {structure.width} to a packet\n"
+    )
+
+
+def _generated(what: str) -> str:
+    return f'#line 1 "generated"\n// {what}\n'
+
+
+def _searched_surface(structure: Structure, prefix: str) -> Iterator[str]:
+    yield _generated("a surface, from its expression")
+    yield surface_functions(prefix, structure.surfaces()[prefix], structure.precision)
+    yield f"#define SURFACE(name) {prefix}_##name\n"
+    for name in structure.method.fragments:
+        yield located(name)
+    yield "#undef SURFACE\n"
+
+
+def _lens(structure: Structure, number: int) -> Iterator[str]:
+    prefix = structure.prefix(number)
+    yield f"#define LENS_NUMBER {number}\n#define LENS(name) lens_{number}_##name\n#define SURFACE(name) {prefix}_##name\n"
+    yield located("lens.cl")
+    yield "#undef LENS_NUMBER\n#undef LENS\n#undef SURFACE\n"
+
+
+def _calls(structure: Structure) -> Iterator[str]:
+    numbers = range(len(structure.lenses))
+    yield "static inline void start_on_lenses(ray_t *ray, const scene_t *scene) {"
+    for i in numbers:
+        yield f"  lens_{i}_start(ray, &scene->lens_{i}, scene->shape_{i});"
+    yield "}\n"
+    yield "static inline void meet_lenses(const ray_t *ray, const scene_t *scene, hit_t *hit) {"
+    for i in numbers:
+        yield f"  lens_{i}_meet(ray, &scene->lens_{i}, scene->shape_{i}, &scene->method, hit);"
+    yield "}\n"
+    yield "static inline void at_interface(ray_t *ray, const interface_t *at) {"
+    for effect in structure.effects:
+        yield f"  {effect.name}(ray, at);"
+    yield "}\n"

@@ -1,0 +1,122 @@
+"""Decide what is baked into a kernel and what is an argument.
+
+Baked in: the form of every surface, how many lenses there are, the kind of source, the method, Snell's rule, the
+effects, precision and packet width. Arguments: every number of the scene. A sweep over numbers therefore builds one
+program, and the kernel cache grows with forms, not with values.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from lenscl.codegen.layout import EMPTY, Layout, Member, Slot, Struct
+from lenscl.effects import Variant
+from lenscl.lenses import Surface
+from lenscl.methods import Method
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Structure:
+    """All that decides the text of a trace kernel."""
+
+    lenses: tuple[Surface, ...]  # the surface of each lens, in the scene's order
+    rays: Literal["point", "parallel", "given"]
+    method: Method
+    snell: Literal["exact", "paraxial"]
+    effects: tuple[Variant, ...]
+    precision: Literal["single", "double"]
+    width: int  # lanes of a packet
+
+    def surfaces(self) -> dict[str, Surface]:
+        """Return the distinct surfaces by the prefix of their C names, in the order of first use."""
+        found: dict[str, Surface] = {}
+        keys: set[str] = set()
+        for surface in self.lenses:
+            if surface.key not in keys:
+                keys.add(surface.key)
+                found[_free_name(surface.name, found)] = surface
+        return found
+
+    def prefix(self, lens: int) -> str:
+        """Return the C prefix of a lens's surface."""
+        return next(name for name, surface in self.surfaces().items() if surface.key == self.lenses[lens].key)
+
+
+def layout(structure: Structure) -> Layout:
+    """Return the numbers that a structure's kernel takes as arguments."""
+    shapes = {prefix: Struct(f"{prefix}_t", _shape(surface)) for prefix, surface in structure.surfaces().items()}
+    members = [
+        Member("film", _FILM),
+        Member("source", _SOURCES[structure.rays]),
+        Member("picture", _PICTURE),
+        Member("method", Struct("method_t", tuple(Slot(key, 1, "scene units") for key in structure.method.reads))),
+        Member("n_medium", comment="index around the lenses"),
+    ]
+    for number in range(len(structure.lenses)):
+        members += [Member(f"lens_{number}", _LENS), Member(f"shape_{number}", shapes[structure.prefix(number)])]
+    return Layout(tuple(members))
+
+
+def parameter_spelling(surface: Surface) -> dict[str, str]:
+    """Return the C field of each of a surface's parameters.
+
+    A user's own names get a prefix, since they may be keywords or macros of C.
+    """
+    stem = "k_" if surface.name == "expression" else ""
+    return {parameter.name: stem + parameter.name for parameter in surface.parameters}
+
+
+def _shape(surface: Surface) -> tuple[Slot, ...]:
+    spelling = parameter_spelling(surface)
+    slots = tuple(Slot(spelling[parameter.name], 1, parameter.meaning) for parameter in surface.parameters)
+    return slots or (EMPTY,)
+
+
+def _free_name(name: str, taken: dict[str, Surface]) -> str:
+    names = (name, *(f"{name}_{i}" for i in range(2, len(taken) + 3)))
+    return next(free for free in names if free not in taken)
+
+
+_FILM = Struct(
+    "film_t",
+    (
+        Slot("corner", 3, "outer corner of pixel (0, 0)"),
+        Slot("right", 3, "spans all columns"),
+        Slot("down", 3, "spans all rows"),
+        Slot("columns"),
+        Slot("rows"),
+    ),
+)
+_SOURCES = {
+    "point": Struct(
+        "source_t",
+        (
+            Slot("at", 3),
+            Slot("inside", 1, "number of the lens it lies in, or -1"),
+            Slot("on", 1, "number of the lens on whose surface it lies, or -1"),
+        ),
+    ),
+    "parallel": Struct("source_t", (Slot("direction", 3, "unit"), Slot("plane", 1, "rays start at direction . p = plane"))),
+    "given": Struct("source_t", (EMPTY,)),
+}
+_PICTURE = Struct(
+    "picture_t",
+    (
+        Slot("corner", 3),
+        Slot("normal", 3, "unit"),
+        Slot("dual_s", 3, "1 along right, 0 along down"),
+        Slot("dual_t", 3, "0 along right, 1 along down"),
+    ),
+)
+_LENS = Struct(
+    "lens_t",
+    (
+        Slot("to_local", 9, "rows of the linear map"),
+        Slot("to_world", 9, "rows of its inverse"),
+        Slot("centre", 3, "world"),
+        Slot("box_low", 3, "local; the solid lies strictly inside the box"),
+        Slot("box_high", 3),
+        Slot("n", 1, "refractive index"),
+    ),
+)

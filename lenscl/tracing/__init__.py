@@ -1,0 +1,14 @@
+"""Trace a scene: where the ray of every film pixel lands on the picture.
+
+Input: a `Scene` (and a device). Output: a `RayMap`, or `RayPaths` for rays of the caller's own. The map does not depend
+on any image; painting with it is `lenscl.imaging`'s work.
+"""
+
+from __future__ import annotations
+
+from lenscl.tracing.launch import kernel_source, trace, trace_rays
+from lenscl.tracing.placement import Placement
+from lenscl.tracing.raymap import RayMap, RayPaths
+from lenscl.tracing.start import locate
+
+__all__ = ["Placement", "RayMap", "RayPaths", "kernel_source", "locate", "trace", "trace_rays"]

@@ -1,0 +1,240 @@
+"""Launch the trace of a scene, tile by tile.
+
+Tiles bound the memory a film takes on the device; one launch traces one tile.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lenscl import codegen, device, effects, methods
+from lenscl.codegen import KernelSource, Structure
+from lenscl.config import Scene
+from lenscl.device import Buffer, Device
+from lenscl.errors import StudyError, TraceError
+from lenscl.tracing.numbers import scene_numbers
+from lenscl.tracing.placement import Placement
+from lenscl.tracing.raymap import RayMap, RayPaths
+from lenscl.tracing.start import locate
+
+_TILE_PIXELS = 2**20  # about 66 MB of buffers in double; kernels/film.cl allows 2^22
+_MARCH_STEPS = 10**6  # steps through a lens's box beyond which `march` would never come home
+_REALS: dict[str, type[np.floating[Any]]] = {"single": np.float32, "double": np.float64}
+_ARRAYS = (("st", 2), ("status", 0), ("events", 0), ("origin", 3), ("direction", 3))  # name, reals a ray; 0: one byte
+
+
+def trace(
+    scene: Scene, *, method: str | None = None, precision: str | None = None, device: Device | str | None = None
+) -> RayMap:
+    """Trace the ray of every film pixel.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to trace.
+    method, precision : str, optional
+        In place of the scene's own.
+    device : Device or str, optional
+        Where to trace: a device or part of its label. Default: the best one here.
+
+    Returns
+    -------
+    RayMap
+        Arrays of shape (rows, columns, ...).
+
+    Raises
+    ------
+    StudyError, NoDeviceError, BuildError, TraceError
+        If the scene cannot be traced as asked; the message says what to change.
+    """
+    job = _Job.prepare(scene, scene.source.kind, method, precision, device)
+    film = job.scene.film
+    ends = _Ends.empty(film.rows * film.columns, job.dtype)
+    for row, column, columns, first, count in _tiles(film.rows, film.columns):
+        job.run(ends, (row, column, columns, count), first, ())
+    return RayMap(**ends.shaped(film.rows, film.columns), **job.record())
+
+
+def trace_rays(
+    scene: Scene,
+    origins: ArrayLike,
+    directions: ArrayLike,
+    *,
+    method: str | None = None,
+    precision: str | None = None,
+    device: Device | str | None = None,
+) -> RayPaths:
+    """Trace rays of the caller's own through a scene; its source and film play no part.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to trace through.
+    origins, directions : array_like, shape (N, 3)
+        World, scene units. Directions need not be unit; origins may lie inside a lens.
+    method, precision, device
+        As for `trace`.
+
+    Returns
+    -------
+    RayPaths
+        Arrays of shape (N, ...).
+
+    Raises
+    ------
+    TraceError
+        If the arrays are not (N, 3) and finite, or a direction is zero; the message names the first such ray.
+    StudyError, NoDeviceError, BuildError
+        As for `trace`.
+    """
+    points, units = _checked_rays(origins, directions)
+    job = _Job.prepare(scene, "given", method, precision, device)
+    inside, on = locate(job.scene, points)
+    ends = _Ends.empty(len(points), job.dtype)
+    for first in range(0, len(points), _TILE_PIXELS):
+        part = slice(first, first + _TILE_PIXELS)
+        count = len(points[part])
+        arrays = [points[part].astype(job.dtype), units[part].astype(job.dtype), inside[part], on[part]]
+        job.run(ends, (0, first, count, count), first, [job.device.upload(job.padded(array)) for array in arrays])
+    return RayPaths(**ends.shaped(len(points)), **job.record())
+
+
+def kernel_source(scene: Scene, *, rays: str | None = None, device: Device | str | None = None) -> KernelSource:
+    """Return the kernel that traces a scene on a device; `rays="given"` for the one of `trace_rays`."""
+    return codegen.kernel_source(_structure(scene, rays or scene.source.kind, _chosen(device)))
+
+
+@dataclass(slots=True)
+class _Ends:
+    """The arrays being filled, one row a ray."""
+
+    arrays: dict[str, NDArray[Any]]
+
+    @classmethod
+    def empty(cls, rays: int, dtype: type[np.floating[Any]]) -> _Ends:
+        return cls({name: np.empty((rays, n), dtype) if n else np.empty(rays, np.uint8) for name, n in _ARRAYS})
+
+    def shaped(self, *shape: int) -> dict[str, NDArray[Any]]:
+        return {name: array.reshape(*shape, *array.shape[1:]) for name, array in self.arrays.items()}
+
+
+class _Job:
+    """A scene made ready for launches: its program, its numbers on the device, and the time spent."""
+
+    def __init__(self, scene: Scene, source: KernelSource, chosen: Device) -> None:
+        self.scene, self.source, self.device = scene, source, chosen
+        self.dtype = _REALS[scene.numerics.precision]
+        self._seconds = 0.0
+        self._program = chosen.build(source.text)
+        self._numbers = chosen.upload(source.layout.pack(scene_numbers(scene, source), self.dtype))
+        self._buffers: dict[str, Buffer] = {}
+
+    @classmethod
+    def prepare(
+        cls, scene: Scene, rays: str, method: str | None, precision: str | None, wanted: Device | str | None
+    ) -> _Job:
+        asked = {"numerics.method": method, "numerics.precision": precision}
+        scene = scene.replace({key: value for key, value in asked.items() if value is not None})
+        chosen = _chosen(wanted)
+        structure = _structure(scene, rays, chosen)
+        _check_steps(scene, structure)
+        return cls(scene, codegen.kernel_source(structure), chosen)
+
+    def padded(self, array: NDArray[Any]) -> NDArray[Any]:
+        """Return rows repeated at the end up to whole packets."""
+        missing = -len(array) % self.source.structure.width
+        return np.concatenate([array, np.repeat(array[-1:], missing, axis=0)])
+
+    def run(self, ends: _Ends, tile: tuple[int, int, int, int], first: int, rays: tuple[Buffer, ...] | list[Buffer]) -> None:
+        """Trace a tile into the rows of `ends` from `first` on."""
+        width = self.source.structure.width
+        count = tile[3]
+        packets = -(-count // width)
+        bytes_each = {name: n * np.dtype(self.dtype).itemsize or 1 for name, n in _ARRAYS}
+        for name, each in bytes_each.items():
+            if name not in self._buffers or self._buffers[name].nbytes < packets * width * each:
+                self._buffers[name] = self.device.empty(packets * width * each)
+        outputs = [self._buffers[name] for name, _ in _ARRAYS]
+        arguments = [self._numbers, np.array(tile, np.int32), np.int32(self.scene.numerics.max_events), *outputs, *rays]
+        self._seconds += self._program.run("trace", packets, arguments)
+        for name, _ in _ARRAYS:
+            self.device.download(self._buffers[name], ends.arrays[name][first : first + count])
+
+    def record(self) -> dict[str, Any]:
+        """Return what a result says of how it was made."""
+        return {
+            "trace_seconds": self._seconds,
+            "kernel": self.source,
+            "scene": self.scene,
+            "device": self.device,
+        }
+
+
+def _chosen(wanted: Device | str | None) -> Device:
+    return wanted if isinstance(wanted, Device) else device.choose(wanted)
+
+
+def _structure(scene: Scene, rays: Any, chosen: Device) -> Structure:
+    numerics = scene.numerics
+    if numerics.precision == "double" and not chosen.has_double:
+        raise TraceError(
+            f"numerics.precision: {chosen.label} has no double precision; "
+            'set precision = "single", or choose another of `lenscl devices` by LENSCL_DEVICE'
+        )
+    return Structure(
+        lenses=tuple(lens.surface for lens in scene.lenses),
+        rays=rays,
+        method=methods.choose(numerics.method),
+        snell=numerics.snell,
+        effects=effects.wanted({key: getattr(scene.effects, key) for key in effects.EFFECTS}),
+        precision=numerics.precision,
+        width=chosen.width(numerics.precision),
+    )
+
+
+def _check_steps(scene: Scene, structure: Structure) -> None:
+    if "step" not in structure.method.reads:
+        return
+    diagonal = max(Placement.of(lens).diagonal() for lens in scene.lenses)
+    if diagonal > _MARCH_STEPS * scene.numerics.step:
+        raise StudyError(
+            [
+                f"numerics.step: {scene.numerics.step:g} would take more than {_MARCH_STEPS:,} steps through a lens "
+                f"{diagonal:g} across; use at least {diagonal / _MARCH_STEPS:.3g}"
+            ]
+        )
+
+
+def _tiles(rows: int, columns: int) -> Iterator[tuple[int, int, int, int, int]]:
+    """Yield (first row, first column, columns, first pixel, pixels): whole rows, or parts of one that is too long."""
+    if columns > _TILE_PIXELS:
+        for row in range(rows):
+            for column in range(0, columns, _TILE_PIXELS):
+                part = min(_TILE_PIXELS, columns - column)
+                yield row, column, part, row * columns + column, part
+        return
+    together = _TILE_PIXELS // columns
+    for row in range(0, rows, together):
+        yield row, 0, columns, row * columns, columns * min(together, rows - row)
+
+
+def _checked_rays(origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    points, vectors = np.asarray(origins, dtype=np.float64), np.asarray(directions, dtype=np.float64)
+    for name, array in (("origins", points), ("directions", vectors)):
+        if array.ndim != 2 or array.shape[1] != 3:
+            raise TraceError(f"{name}: expected an array of shape (N, 3), got {array.shape}")
+        if not np.isfinite(array).all():
+            ray = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
+            raise TraceError(f"{name}[{ray}]: expected finite numbers, got {array[ray]}")
+    if len(points) != len(vectors):
+        raise TraceError(f"expected as many directions as origins, got {len(vectors)} and {len(points)}")
+    largest = np.abs(vectors).max(axis=1, initial=0.0, keepdims=True)
+    if not largest.all():
+        raise TraceError(f"directions[{int(np.flatnonzero(largest == 0)[0])}]: a direction must not be zero")
+    scaled = vectors / largest  # squares of the components stay within the range of numbers
+    return points, scaled / np.linalg.norm(scaled, axis=1, keepdims=True)

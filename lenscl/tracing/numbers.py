@@ -1,0 +1,84 @@
+"""Write a scene down as the numbers its kernel reads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lenscl.codegen import EMPTY, KernelSource
+from lenscl.config import Film, Picture, Scene
+from lenscl.tracing.placement import Placement
+from lenscl.tracing.start import locate
+
+_TOLERANCE = {"single": 1e-6, "double": 1e-13}  # scene units; where a polished root of `march` stops moving
+
+
+def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]:
+    """Return a value for every slot of the kernel's layout."""
+    values: dict[str, ArrayLike] = {
+        "film.corner": scene.film.corner,
+        "film.right": scene.film.right,
+        "film.down": scene.film.down,
+        "film.columns": scene.film.columns,
+        "film.rows": scene.film.rows,
+        "n_medium": scene.n_medium,
+    }
+    values |= _prefixed("source", _source(scene, source.structure.rays))
+    values |= _prefixed("picture", picture_numbers(scene))
+    values |= _prefixed("method", {key: _numeric(scene, key) for key in source.structure.method.reads})
+    for number, lens in enumerate(scene.lenses):
+        values |= _prefixed(f"lens_{number}", {**Placement.of(lens).numbers(), "n": lens.n})
+        values |= _prefixed(f"shape_{number}", source.shape_values(number, lens.values))
+    return values
+
+
+def picture_numbers(scene: Scene) -> Mapping[str, NDArray[np.float64]]:
+    """Return the picture's corner, unit normal and dual vectors.
+
+    The duals are made of unit spans, so that neither tiny nor huge pictures leave the range of numbers.
+    """
+    right, down = (np.asarray(span, dtype=np.float64) for span in (scene.picture.right, scene.picture.down))
+    width, height = np.linalg.norm(right), np.linalg.norm(down)
+    across, along = right / width, down / height
+    normal = np.cross(across, along)
+    square = normal @ normal
+    return {
+        "corner": np.asarray(scene.picture.corner, dtype=np.float64),
+        "normal": normal / np.sqrt(square),
+        "dual_s": np.cross(along, normal) / square / width,
+        "dual_t": np.cross(normal, across) / square / height,
+    }
+
+
+def _source(scene: Scene, rays: str) -> Mapping[str, ArrayLike]:
+    if rays == "given":
+        return {EMPTY.name: 0.0}
+    if rays == "point":
+        at = np.asarray(scene.source.at, dtype=np.float64)
+        inside, on = locate(scene, at[None, :])
+        return {"at": at, "inside": inside[0], "on": on[0]}
+    direction = np.asarray(scene.source.direction, dtype=np.float64)
+    direction = direction / np.linalg.norm(direction)
+    return {"direction": direction, "plane": float((_extent(scene) @ direction).min())}
+
+
+def _extent(scene: Scene) -> NDArray[np.float64]:
+    """Return points, shape (N, 3), whose convex hull holds film, picture and every lens."""
+    screens = [_screen_corners(screen) for screen in (scene.film, scene.picture)]
+    return np.concatenate([*screens, *(Placement.of(lens).corners() for lens in scene.lenses)])
+
+
+def _screen_corners(screen: Film | Picture) -> NDArray[np.float64]:
+    corner, right, down = (np.asarray(v, dtype=np.float64) for v in (screen.corner, screen.right, screen.down))
+    return np.stack([corner, corner + right, corner + down, corner + right + down])
+
+
+def _numeric(scene: Scene, key: str) -> float:
+    value = getattr(scene.numerics, key)
+    return float(_TOLERANCE[scene.numerics.precision] if value is None else value)
+
+
+def _prefixed(prefix: str, values: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
+    return {f"{prefix}.{name}": value for name, value in values.items()}
