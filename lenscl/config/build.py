@@ -1,0 +1,341 @@
+"""From the tables of a study file to a Scene, with every problem found on the way.
+
+Input: a document, nested dictionaries as tomllib reads them. Output: a Scene, or a StudyError that names every key.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import Any, Literal, TypeVar, cast
+
+from pydantic import ValidationError
+
+from lenscl.config.checks import LONGEST, SHORTEST, Box, Vec3
+from lenscl.config.problems import from_pydantic, nearest, short, study_error, unknown_key
+from lenscl.config.scene import Effects, Film, Frozen, Lens, Numerics, Picture, Scene, Source
+from lenscl.config.tables import (
+    PLANNED_EFFECTS,
+    PLANNED_LENS_KEYS,
+    FilmTable,
+    LensTable,
+    MediumTable,
+    NumericsTable,
+    PictureTable,
+    SourceTable,
+    Table,
+)
+from lenscl.effects import EFFECTS
+from lenscl.errors import LensclError
+from lenscl.lenses import Surface, catalogue, surface, user_surface
+
+T = TypeVar("T", bound=Table)
+Report = Callable[[str], None]  # takes one problem, led by its key
+
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+COORDINATES = ("x", "y", "z")
+LENS_KEYS = tuple(LensTable.model_fields)
+_MOST_LENSES = 1000
+_PARALLEL = 4 * 2.0**-52  # sine of the angle of two spans that differ by rounding alone
+_BY_HAND = ("method", "precision", "snell", "step", "tolerance")
+
+
+def scene_from_document(document: Mapping[str, Any]) -> Scene:
+    """Return the scene of a document; tables that are no part of a scene are ignored.
+
+    Raises
+    ------
+    StudyError
+        With every problem found.
+    """
+    problems: list[str] = []
+    scene = read_scene(document, problems.append)
+    if scene is None:
+        raise study_error(problems)
+    return scene
+
+
+def read_scene(document: Mapping[str, Any], report: Report) -> Scene | None:
+    """Return the scene of a document, or None after at least one problem was reported."""
+    count = 0
+
+    def counted(problem: str) -> None:
+        nonlocal count
+        count += 1
+        report(problem)
+
+    source = read_table(SourceTable, document, "source", counted)
+    film = read_table(FilmTable, document, "film", counted)
+    picture = read_table(PictureTable, document, "picture", counted)
+    medium = read_table(MediumTable, document, "medium", counted)
+    numerics = _read_numerics(document, counted)
+    effects = _read_effects(document, counted)
+    lenses = _read_lenses(document, counted)
+    if source is not None:
+        _check_source(source, counted)
+    for at, screen in (("film", film), ("picture", picture)):
+        if screen is not None:
+            _check_screen(at, cast(FilmTable | PictureTable, screen), counted)
+    if count or source is None or film is None or picture is None or medium is None or numerics is None:
+        return None
+    return Scene(
+        source=Source(kind=cast(Literal["point", "parallel"], source.kind), at=source.at, direction=source.direction),
+        film=Film(**_screen(film)),
+        picture=Picture(
+            **_screen(picture),
+            images=picture.images,
+            outside=picture.outside,
+            filter=cast(Literal["nearest", "bilinear", "bicubic"], picture.filter),
+            encoding=cast(Literal["srgb", "linear"] | None, picture.encoding),
+        ),
+        medium=medium.n,
+        lenses=tuple(lenses),
+        effects=effects,
+        numerics=numerics,
+    )
+
+
+def read_table(model: type[T], document: Mapping[str, Any], at: str, report: Report) -> T | None:
+    """Return one table of the document; a table left out counts as empty."""
+    table = document.get(at, {})
+    if not isinstance(table, dict):
+        report(f"{at}: must be a table [{at}], got {short(table)}")
+        return None
+    if at not in document and any(field.is_required() for field in model.model_fields.values()):
+        report(f"{at}: is required; add a table [{at}]")
+        return None
+    return _read(model, table, at, report)
+
+
+def _read(model: type[T], table: dict[str, Any], at: str, report: Report) -> T | None:
+    try:
+        return model.model_validate(table)
+    except ValidationError as error:
+        for problem in from_pydantic(error, at, model.model_fields):
+            report(problem)
+    return None
+
+
+def _check_source(source: SourceTable, report: Report) -> None:
+    wanted, idle = ("at", "direction") if source.kind == "point" else ("direction", "at")
+    if getattr(source, wanted) is None:
+        report(f"source.{wanted}: is required where source.kind is {short(source.kind)}")
+    if getattr(source, idle) is not None:
+        other = "parallel" if source.kind == "point" else "point"
+        report(f'source.{idle}: is read only where source.kind is "{other}"; leave it out or change source.kind')
+
+
+def _check_screen(at: str, screen: FilmTable | PictureTable, report: Report) -> None:
+    if (screen.corner is None) == (screen.centre is None):
+        what = "only one of the two may be given" if screen.corner is not None else "one of the two is required"
+        report(f"{at}.corner: {what}, {at}.corner or {at}.centre")
+    for key in ("right", "down"):
+        span: Vec3 = getattr(screen, key)
+        length = math.hypot(*span) * screen.scale
+        if not SHORTEST <= length <= 2 * LONGEST:
+            report(f"{at}.scale: makes {at}.{key} {length:g} long; it must lie from {SHORTEST:g} to {LONGEST:g}")
+    if _sine(screen.right, screen.down) <= _PARALLEL:
+        report(f"{at}.down: is parallel to {at}.right; the two must span a parallelogram")
+
+
+def _sine(a: Vec3, b: Vec3) -> float:
+    """Return the sine of the angle of two vectors, exact to rounding however small it is."""
+    p, q = (tuple(x / math.hypot(*v) for x in v) for v in (a, b))
+    return math.hypot(p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0])
+
+
+def _screen(table: FilmTable | PictureTable) -> dict[str, Any]:
+    keeps = "corner" if table.corner is not None else "centre"
+    return {
+        "keeps": keeps,
+        "anchor": getattr(table, keeps),
+        "unscaled_right": table.right,
+        "unscaled_down": table.down,
+        "scale": table.scale,
+        "size": table.size,
+    }
+
+
+def _read_numerics(document: Mapping[str, Any], report: Report) -> Numerics | None:
+    table = document.get("numerics")
+    if isinstance(table, dict) and "accuracy" in table:
+        clash = [key for key in _BY_HAND if key in table]
+        if clash:
+            report(f"numerics.accuracy: chooses {' and '.join(clash)} itself; give either accuracy or those")
+        report("numerics.accuracy: is not available in this version; set numerics.method and numerics.precision")
+        document = {"numerics": {key: value for key, value in table.items() if key != "accuracy"}}
+    read = read_table(NumericsTable, document, "numerics", report)
+    return None if read is None else Numerics(**{key: getattr(read, key) for key in NumericsTable.model_fields})
+
+
+def _read_effects(document: Mapping[str, Any], report: Report) -> Effects:
+    table = document.get("effects", {})
+    if not isinstance(table, dict):
+        report(f"effects: must be a table [effects], got {short(table)}")
+        table = {}
+    asked: dict[str, str | bool] = {key: effect.default for key, effect in EFFECTS.items()}
+    for key, value in table.items():
+        if key in EFFECTS:
+            choices = EFFECTS[key].choices
+            if not any(value is choice or (isinstance(choice, str) and value == choice) for choice in choices):
+                hint = nearest(value, choices) if isinstance(value, str) else ""
+                listed = " or ".join(short(choice) for choice in choices)
+                hint = hint if "did you mean" in hint else ""
+                report(f"effects.{key}: must be {listed}, got {short(value)}{hint}")
+            else:
+                asked[key] = value
+        elif key in PLANNED_EFFECTS:
+            # What asks for nothing is no request, so it needs no support
+            if not any(type(value) is type(idle) and value == idle for idle in PLANNED_EFFECTS[key]):
+                report(f"effects.{key}: {short(value)} is not available in this version; leave the key out")
+        else:
+            report(unknown_key("effects", key, (*EFFECTS, *PLANNED_EFFECTS)))
+    return Effects(asked)
+
+
+def _read_lenses(document: Mapping[str, Any], report: Report) -> list[Lens]:
+    tables = document.get("lens")
+    if tables is None:
+        report("lens: is required; add a table [[lens]] with a surface and an index n")
+        return []
+    if isinstance(tables, dict):
+        report("lens: a study has one lens or more, so its table is written [[lens]], with double brackets")
+        return []
+    if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
+        report(f"lens: must be one table [[lens]] or more, got {short(tables)}")
+        return []
+    if len(tables) > _MOST_LENSES:
+        report(f"lens: at most {_MOST_LENSES} lenses are supported, got {len(tables)}")
+        return []
+    _check_names(tables, report)
+    found = [_read_lens(table, at, report) for table, at in zip(tables, lens_prefixes(tables), strict=True)]
+    return [lens for lens in found if lens is not None]
+
+
+def lens_prefixes(tables: list[dict[str, Any]]) -> list[str]:
+    """Return the key that leads to each lens: `lens`, or `lens.NAME` where there are several."""
+    if len(tables) == 1:
+        return ["lens"]
+    names = [table.get("name") for table in tables]
+    return [
+        f"lens.{name}" if isinstance(name, str) and NAME.fullmatch(name) and names.count(name) == 1 else f"lens[{place}]"
+        for place, name in enumerate(names)
+    ]
+
+
+def _check_names(tables: list[dict[str, Any]], report: Report) -> None:
+    seen: set[str] = set()
+    for place, table in enumerate(tables):
+        at = "lens.name" if len(tables) == 1 else f"lens[{place}].name"
+        name = table.get("name")
+        if name is None:
+            if len(tables) > 1:
+                report(f"{at}: is required where there are several lenses, to tell their keys apart")
+            continue
+        if not isinstance(name, str):
+            continue  # its own type is reported with the table
+        if not NAME.fullmatch(name):
+            report(f"{at}: must be a letter or _, then letters, digits or _, got {short(name)}")
+        elif name in LENS_KEYS:
+            report(f"{at}: must not be a key of the lens table, got {short(name)}")
+        elif name in seen:
+            report(f"{at}: {short(name)} is the name of an earlier lens; names must differ")
+        seen.add(name)
+
+
+def _read_lens(table: dict[str, Any], at: str, report: Report) -> Lens | None:
+    count = 0
+
+    def counted(problem: str) -> None:
+        nonlocal count
+        count += 1
+        report(problem)
+
+    own = dict(table)
+    for key, idle in PLANNED_LENS_KEYS.items():
+        if key in own and key not in LENS_KEYS:
+            value = own.pop(key)
+            if not any(value == (list(nothing) if isinstance(nothing, tuple) else nothing) for nothing in idle):
+                counted(f"{at}.{key}: {short(value)} is not available in this version; leave the key out")
+    # Parameters are judged against the surface, so an unknown key is told from a wrong number
+    formula = own.get("surface")
+    if isinstance(formula, str):
+        own = _known_keys(own, formula, at, counted)
+    read = _read(LensTable, own, at, counted)
+    if read is None or count:
+        return None
+    made = _surface(read, at, counted)
+    if made is None or count:
+        return None
+    given = read.model_extra or {}
+    values = {parameter.name: given.get(parameter.name, parameter.default) for parameter in made.parameters}
+    for key, what in made.problems(values):
+        counted(f"{at}.{key}: {what}")
+    if count:
+        return None
+    return Lens(
+        name=read.name,
+        formula=read.surface,
+        bounds=read.bounds,
+        surface=made,
+        values=Frozen(values),
+        centre=read.centre,
+        stretch=read.stretch,
+        rotate=read.rotate,
+        material=read.n,
+    )
+
+
+def _known_keys(table: dict[str, Any], formula: str, at: str, report: Report) -> dict[str, Any]:
+    """Report the keys that are neither of the lens table nor parameters of its surface; return the others."""
+    extra = [key for key in table if key not in LENS_KEYS]
+    if formula in catalogue():
+        parameters = [parameter.name for parameter in catalogue()[formula].parameters]
+    elif is_catalogue_name(formula):
+        return {key: value for key, value in table.items() if key in LENS_KEYS}  # no telling: the surface is unknown
+    else:
+        words = set(NAME.findall(formula))
+        parameters = [key for key in extra if key in words and key not in COORDINATES]
+        for key in (key for key in extra if key in COORDINATES):
+            report(f"{at}.{key}: x, y and z are the coordinates; give the parameter another name")
+        extra = [key for key in extra if key not in COORDINATES]
+    for key in extra:
+        if key not in parameters:
+            report(unknown_key(at, key, (*parameters, *LENS_KEYS)))
+    return {key: value for key, value in table.items() if key in LENS_KEYS or key in parameters}
+
+
+def is_catalogue_name(formula: str) -> bool:
+    """Return whether a surface is meant as a name of the catalogue, known or not, rather than as an expression."""
+    return formula in catalogue() or (bool(NAME.fullmatch(formula)) and formula not in COORDINATES)
+
+
+def _surface(lens: LensTable, at: str, report: Report) -> Surface | None:
+    try:
+        if is_catalogue_name(lens.surface):
+            if lens.bounds is not None and lens.surface in catalogue():
+                report(f"{at}.bounds: is only for expressions; {short(lens.surface)} knows its own")
+            return surface(lens.surface)
+        if lens.bounds is None:
+            report(f"{at}.bounds: is required for an expression: a box [[x, y, z], [x, y, z]] that holds the solid")
+            return None
+        return _user_surface(lens.surface, tuple(sorted(lens.model_extra or {})), lens.bounds)
+    except LensclError as error:
+        report(f"{at}.surface: {error}")
+        return None
+
+
+@lru_cache(maxsize=64)
+def _user_surface(text: str, parameters: tuple[str, ...], bounds: Box) -> Surface:
+    """Return the surface of an expression; a sweep over its parameters reads it once."""
+    return user_surface(text, parameters, bounds)
+
+
+def unknown_top_keys(document: Mapping[str, Any], known: tuple[str, ...], report: Report) -> None:
+    """Report the tables and keys that no study has."""
+    for key in document:
+        if key not in known:
+            report(unknown_key("", key, known))
+

@@ -1,0 +1,275 @@
+"""What one value of a study may be. Each check returns the value in its one canonical form or says what is wrong."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from numbers import Integral, Real
+from typing import Annotated, Any
+
+from pydantic import PlainValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from lenscl.config.problems import as_plain, nearest, short
+from lenscl.errors import StudyError
+from lenscl.materials import (
+    CATALOGUE,
+    Cauchy,
+    Constant,
+    Index,
+    Material,
+    Sellmeier,
+    Table,
+    index_problems,
+    material,
+)
+
+LONGEST = 1e12  # scene units: products of three such lengths are still finite in single precision
+SHORTEST = 1e-12  # likewise not yet zero
+MOST_PIXELS = 2**31
+_MOST_DISPERSION = 10_000  # numbers of one dispersion formula
+_OWN_INDEX = "stated in the study"
+
+Vec3 = tuple[float, float, float]
+Box = tuple[Vec3, Vec3]
+
+
+def wrong(what: str) -> PydanticCustomError:
+    """Return the error of one value; its key is added by the table it stands in."""
+    return PydanticCustomError("study", "{what}", {"what": what})
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A finite float within limits."""
+
+    low: float = -LONGEST
+    high: float = LONGEST
+    above: float | None = None  # an open lower limit
+    what: str = "a finite number"
+
+    def __call__(self, value: Any) -> float:
+        """Return the number; -0.0 becomes 0.0, so that equal scenes are written alike."""
+        value = as_plain(value)
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise wrong(f"must be {self.what}, got {short(value)}")
+        try:
+            number = float(value) + 0.0
+        except OverflowError:
+            number = math.inf
+        if not math.isfinite(number):
+            raise wrong(f"must be {self.what}, got {short(value)}")
+        if self.above is not None and not number > self.above:
+            raise wrong(f"must be greater than {self.above:g}, got {short(value)}")
+        if not self.low <= number <= self.high:
+            raise wrong(f"must lie from {self.low:g} to {self.high:g}, got {short(value)}")
+        return number
+
+
+@dataclass(frozen=True, slots=True)
+class Whole:
+    """A whole number within limits, both in; 64.0 is one."""
+
+    low: int
+    high: int
+
+    def __call__(self, value: Any) -> int:
+        """Return the whole number."""
+        value = as_plain(value)
+        is_whole = isinstance(value, Integral) or (isinstance(value, float) and value.is_integer())
+        if isinstance(value, bool) or not is_whole:
+            raise wrong(f"must be a whole number from {self.low} to {self.high}, got {short(value)}")
+        if not self.low <= value <= self.high:
+            raise wrong(f"must lie from {self.low} to {self.high}, got {short(value)}")
+        return int(value)
+
+
+@dataclass(frozen=True, slots=True)
+class OneOf:
+    """A word, or another plain value, of a list."""
+
+    known: tuple[str | bool, ...]
+    planned: tuple[str, ...] = ()  # words of the study format that this version cannot carry out
+
+    def __call__(self, value: Any) -> str | bool:
+        """Return the word."""
+        if isinstance(value, str | bool) and any(value is known or value == known for known in self.known):
+            return value
+        choices = " or ".join(short(known) for known in self.known)
+        if isinstance(value, str) and value in self.planned:
+            raise wrong(f"{short(value)} is not available in this version; choose {choices}")
+        hint = nearest(value, [known for known in self.known if isinstance(known, str)]) if isinstance(value, str) else ""
+        raise wrong(f"must be {choices}, got {short(value)}{hint if 'did you mean' in hint else ''}")
+
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """A fixed or bounded count of numbers, as a tuple."""
+
+    fewest: int
+    most: int
+    what: str
+    each: Callable[[Any], Any] = Number()
+    positive_length: bool = False
+
+    def __call__(self, value: Any) -> tuple[Any, ...]:
+        """Return the numbers; a fault names the place in the list."""
+        value = as_plain(value)
+        if not isinstance(value, list | tuple) or not self.fewest <= len(value) <= self.most:
+            raise wrong(f"must be {self.what}, got {short(value)}")
+        numbers = []
+        for place, entry in enumerate(value):
+            try:
+                numbers.append(self.each(entry))
+            except PydanticCustomError as error:
+                raise wrong(f"must be {self.what}; the value at place {place + 1} {error.message()}") from None
+        if self.positive_length and not math.hypot(*numbers) >= SHORTEST:
+            raise wrong(f"must not be shorter than {SHORTEST:g}, got {short(list(value))}")
+        return tuple(numbers)
+
+
+def check_stretch(value: Any) -> Vec3:
+    """Return the three factors of a placement; a negative one mirrors, zero would flatten the solid."""
+    x, y, z = _VECTOR(value)
+    if any(abs(factor) < SHORTEST for factor in (x, y, z)):
+        raise wrong(f"must have no factor of 0 (a squash goes down to {SHORTEST:g}), got {short([x, y, z])}")
+    return x, y, z
+
+
+def check_box(value: Any) -> Box:
+    """Return the bounds of a user's surface, each low side below its high side."""
+    what = "two corners [[x, y, z], [x, y, z]], the lower first"
+    value = as_plain(value)
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise wrong(f"must be {what}, got {short(value)}")
+    low, high = (Numbers(3, 3, what)(corner) for corner in value)
+    for axis, a, b in zip("xyz", low, high, strict=True):
+        if not b - a >= SHORTEST:
+            raise wrong(f"must be {what}; along {axis} {a!r} is not below {b!r}")
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+
+def check_size(value: Any) -> tuple[int, int]:
+    """Return (columns, rows) of a film or a picture."""
+    columns, rows = Numbers(2, 2, "two whole numbers [columns, rows]", Whole(1, MOST_PIXELS))(value)
+    if columns * rows > MOST_PIXELS:
+        raise wrong(f"must have at most 2^31 pixels, got {columns} x {rows}")
+    return columns, rows
+
+
+def check_images(value: Any) -> str | tuple[str, ...]:
+    """Return a glob pattern, or several."""
+    patterns = [value] if isinstance(value, str) else value
+    if not isinstance(patterns, list | tuple) or not patterns or not all(isinstance(one, str) and one for one in patterns):
+        raise wrong(f"must be a pattern such as \"pictures/*\", or a list of patterns, got {short(value)}")
+    for one in patterns:
+        if "\0" in one or len(one) > 4096:
+            raise wrong(f"must be a pattern of file names, got {short(one)}")
+        if "**" in one or sum("*" in part or "?" in part or "[" in part for part in one.split("/")) > 3:
+            raise wrong(f"must not search whole trees (** or more than three wildcard parts), got {short(one)}")
+    return value if isinstance(value, str) else tuple(patterns)
+
+
+def check_text(value: Any) -> str:
+    """Return a text."""
+    if not isinstance(value, str):
+        raise wrong(f"must be a text, got {short(value)}")
+    return value
+
+
+def check_index(value: Any) -> Material:
+    """Return the material that a number, a catalogue name or a dispersion formula stands for."""
+    value = as_plain(value)
+    if isinstance(value, str):
+        try:
+            return material(value)
+        except StudyError as error:
+            raise wrong(f"must be a number, a material's name or a formula; {error}") from None
+    index = _formula(value) if isinstance(value, dict) else Constant(Number(what="an index, a number")(value))
+    for problem in index_problems(index):
+        raise wrong(problem)
+    return Material(name=None, index=index, source=_OWN_INDEX)
+
+
+def _formula(value: dict[str, Any]) -> Index:
+    """Return the dispersion formula of a table with exactly one of its three keys."""
+    if len(value) != 1 or next(iter(value)) not in _FORMULAS:
+        raise wrong(
+            "must be a number, a material's name, { sellmeier = [...] }, { cauchy = [...] } or { table = [[nm, n], ...] }"
+            f", got a table with {', '.join(short(key) for key in list(value)[:4]) or 'no keys'}"
+        )
+    kind, numbers = next(iter(value.items()))
+    return _FORMULAS[kind](as_plain(numbers))
+
+
+def _sellmeier(numbers: Any) -> Index:
+    what = "sellmeier = [B1, B2, ..., C1, C2, ...], as many C (in square micrometres) as B"
+    values = Numbers(2, _MOST_DISPERSION, what)(numbers)
+    if len(values) % 2:
+        raise wrong(f"must be {what}, got {len(values)} numbers")
+    half = len(values) // 2
+    return Sellmeier(values[:half], values[half:])
+
+
+def _cauchy(numbers: Any) -> Index:
+    what = "cauchy = [A, B, C, ...], for A + B/L^2 + C/L^4 with L in micrometres"
+    return Cauchy(Numbers(1, _MOST_DISPERSION, what)(numbers))
+
+
+def _table(rows: Any) -> Index:
+    what = "table = [[nm, n], ...], two or more, rising in nm"
+    pairs = Numbers(2, _MOST_DISPERSION, what, Numbers(2, 2, "[nm, n]"))(rows)
+    if any(not b[0] > a[0] for a, b in zip(pairs, pairs[1:], strict=False)):
+        raise wrong(f"must be {what}, got a wavelength that does not rise")
+    return Table(tuple(nm for nm, _ in pairs), tuple(n for _, n in pairs))
+
+
+_FORMULAS: dict[str, Callable[[Any], Index]] = {"sellmeier": _sellmeier, "cauchy": _cauchy, "table": _table}
+_VECTOR = Numbers(3, 3, "three numbers [x, y, z]")
+
+_NUMBER_SCHEMA: dict[str, Any] = {"type": "number"}
+_NUMBERS_SCHEMA: dict[str, Any] = {"type": "array", "items": {"type": "number"}}
+VEC3_SCHEMA = {**_NUMBERS_SCHEMA, "minItems": 3, "maxItems": 3}
+INDEX_SCHEMA: dict[str, Any] = {
+    "anyOf": [
+        {"type": "number", "exclusiveMinimum": 0},
+        {"type": "string", "examples": list(CATALOGUE)},
+        *(
+            {"type": "object", "properties": {kind: {"type": "array"}}, "required": [kind], "additionalProperties": False}
+            for kind in _FORMULAS
+        ),
+    ]
+}
+
+Length = Annotated[float, PlainValidator(Number()), WithJsonSchema(_NUMBER_SCHEMA)]
+Factor = Annotated[
+    float, PlainValidator(Number(above=0.0)), WithJsonSchema({"type": "number", "exclusiveMinimum": 0})
+]
+Vector = Annotated[Vec3, PlainValidator(_VECTOR), WithJsonSchema(VEC3_SCHEMA)]
+Direction = Annotated[
+    Vec3,
+    PlainValidator(Numbers(3, 3, "three numbers [x, y, z]", positive_length=True)),
+    WithJsonSchema(VEC3_SCHEMA),
+]
+Stretch = Annotated[Vec3, PlainValidator(check_stretch), WithJsonSchema(VEC3_SCHEMA)]
+Bounds = Annotated[
+    Box, PlainValidator(check_box), WithJsonSchema({"type": "array", "items": VEC3_SCHEMA, "minItems": 2, "maxItems": 2})
+]
+Size = Annotated[
+    tuple[int, int],
+    PlainValidator(check_size),
+    WithJsonSchema({"type": "array", "items": {"type": "integer", "minimum": 1}, "minItems": 2, "maxItems": 2}),
+]
+Colour = Annotated[
+    tuple[float, ...],
+    PlainValidator(Numbers(1, 4, "one to four numbers, the channels of a colour")),
+    WithJsonSchema({**_NUMBERS_SCHEMA, "minItems": 1, "maxItems": 4}),
+]
+Images = Annotated[
+    str | tuple[str, ...],
+    PlainValidator(check_images),
+    WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}, "minItems": 1}]}),
+]
+Text = Annotated[str, PlainValidator(check_text), WithJsonSchema({"type": "string"})]
+Medium = Annotated[Material, PlainValidator(check_index), WithJsonSchema(INDEX_SCHEMA)]

@@ -1,0 +1,139 @@
+"""Keys that point into a scene: `lens.r`, `lens.front.stretch.x`, `film.size.columns`, `numerics.precision`."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from lenscl.config.build import LENS_KEYS, is_catalogue_name
+from lenscl.config.problems import as_plain, key_text, nearest, study_error
+from lenscl.config.tables import PLANNED_EFFECTS, SCENE_TABLES
+from lenscl.effects import EFFECTS
+from lenscl.lenses import catalogue
+
+_AXES = {"x": 0, "y": 1, "z": 2}
+_SIDES = {"columns": 0, "rows": 1}
+_COMPONENTS: dict[str, dict[str, int]] = {
+    **dict.fromkeys(("at", "direction", "corner", "centre", "right", "down", "stretch", "rotate"), _AXES),
+    "size": _SIDES,
+}
+_NEVER_SWEPT = ("lens.name", "picture.images")
+# Writing the one key of a pair takes the other away
+_EITHER_OR = {"corner": "centre", "centre": "corner"}
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a key points: a table of the document, a key of it, and a component of a list or None."""
+
+    table: dict[str, Any]
+    key: str
+    component: int | None
+
+    def value(self) -> Any:
+        """Return what stands there; None where the key is not written."""
+        found = self.table.get(self.key)
+        return found if self.component is None or found is None else found[self.component]
+
+
+def places(document: dict[str, Any]) -> dict[str, Place]:
+    """Return every key that points into a scene's document, in the order of the file."""
+    found: dict[str, Place] = {}
+    for name in ("source", "film", "picture", "medium"):
+        _add(found, name, document[name], list(SCENE_TABLES[name].model_fields))
+    lenses = document["lens"]
+    for lens in lenses:
+        # One lens is reached with and without its name, several by their names only
+        prefixes = [f"lens.{lens['name']}"] if "name" in lens else []
+        for prefix in [*prefixes, "lens"] if len(lenses) == 1 else prefixes:
+            parameters = [key for key in lens if key not in LENS_KEYS]
+            _add(found, prefix, lens, ["name", "surface", "bounds", *parameters, "centre", "stretch", "rotate", "n"])
+    _add(found, "effects", document["effects"], [*EFFECTS, *(key for key in PLANNED_EFFECTS if key not in EFFECTS)])
+    _add(found, "numerics", document["numerics"], [*SCENE_TABLES["numerics"].model_fields, "accuracy"])
+    return found
+
+
+def _add(found: dict[str, Place], prefix: str, table: dict[str, Any], keys: list[str]) -> None:
+    for key in keys:
+        found[f"{prefix}.{key}"] = Place(table, key, None)
+        for component, index in _COMPONENTS.get(key, {}).items():
+            if key in table:
+                found[f"{prefix}.{key}.{component}"] = Place(table, key, index)
+
+
+def whole_of(key: str) -> str | None:
+    """Return the key of the vector or size that a component belongs to: `lens.stretch` of `lens.stretch.x`."""
+    whole, _, last = key.rpartition(".")
+    return whole if last in _COMPONENTS.get(whole.rpartition(".")[2], {}) else None
+
+
+def never_swept(key: str) -> bool:
+    """Return whether a key means nothing for a single point."""
+    return key in _NEVER_SWEPT or (key.startswith("lens.") and key.endswith(".name"))
+
+
+def key_problem(key: str, known: Mapping[str, Place], document: Mapping[str, Any]) -> str | None:
+    """Return why a key points nowhere, or None."""
+    if key in known:
+        return None
+    names = [lens.get("name") for lens in document["lens"]]
+    parts = key.split(".")
+    if parts[0] == "lens" and len(names) > 1 and len(parts) > 1 and parts[1] not in names:
+        listed = ", ".join(str(name) for name in names[:8])
+        return f"{key_text(key)}: with several lenses write lens.NAME.{key_text(parts[-1])}; the names are {listed}"
+    hint = nearest(key, known)
+    return f"{key_text(key)}: unknown key{hint if 'did you mean' in hint else '; it must name a value of the scene'}"
+
+
+def changed(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a document with some keys changed; the values are judged later, when it is read.
+
+    Raises
+    ------
+    StudyError
+        For keys that point nowhere.
+    """
+    document = copy.deepcopy(document)
+    problems = []
+    # What decides which other keys there are goes first
+    for key in sorted(changes, key=lambda key: not key.endswith((".surface", ".kind", ".corner", ".centre"))):
+        known = places(document)
+        problem = key_problem(key, known, document)
+        if problem is not None:
+            problems.append(problem)
+            continue
+        place, value = known[key], as_plain(changes[key])
+        if place.component is None:
+            _write(place.table, place.key, value)
+        else:
+            place.table[place.key][place.component] = value
+    if problems:
+        raise study_error(problems)
+    return document
+
+
+def _write(table: dict[str, Any], key: str, value: Any) -> None:
+    """Write a whole value, and take away what cannot stand beside it."""
+    if key in _EITHER_OR and "right" in table:
+        table.pop(_EITHER_OR[key], None)
+    if key == "kind" and value in ("point", "parallel"):
+        table.pop("direction" if value == "point" else "at", None)
+    if key == "surface" and isinstance(value, str) and value != table.get("surface"):
+        _drop_old_surface(table, value)
+    table[key] = list(value) if isinstance(value, tuple) else value
+
+
+def _drop_old_surface(lens: dict[str, Any], new: str) -> None:
+    """Take away the parameters that the new surface lacks, or that were the old one's defaults, and idle bounds."""
+    if not is_catalogue_name(new):
+        return
+    lens.pop("bounds", None)
+    has = {parameter.name for parameter in catalogue()[new].parameters} if new in catalogue() else set()
+    old = catalogue().get(lens["surface"])
+    defaults = {} if old is None else {parameter.name: parameter.default for parameter in old.parameters}
+    for key in [key for key in lens if key not in LENS_KEYS]:
+        if key not in has or lens[key] == defaults.get(key):
+            del lens[key]
+

@@ -1,0 +1,62 @@
+"""From a file or a text to a document: everything that can be wrong before the first key is looked at."""
+
+from __future__ import annotations
+
+import os
+import stat
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from lenscl.config.problems import short, study_error
+
+MOST_BYTES = 1_000_000  # a study is written by hand; tomllib's time grows with the square of some hostile texts
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a study file.
+
+    Raises
+    ------
+    StudyError
+        If it is missing, no plain file, not readable, too large or not UTF-8.
+    """
+    where = short(str(path))[1:-1]
+    try:
+        # Never open a pipe or a device: reading it may not end
+        mode = os.stat(path).st_mode
+        if stat.S_ISDIR(mode):
+            raise study_error([f"{where}: is a folder; name a study file in it"])
+        if not stat.S_ISREG(mode):
+            raise study_error([f"{where}: is not a plain file; name a study file"])
+        with open(path, "rb") as file:
+            data = file.read(MOST_BYTES + 1)
+    except FileNotFoundError:
+        raise study_error([f"{where}: there is no such file"]) from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise study_error([f"{where}: cannot be read: {reason}"]) from None
+    if len(data) > MOST_BYTES:
+        raise study_error([f"{where}: is larger than {MOST_BYTES} bytes; a study file is not"])
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise study_error([f"{where}: is not UTF-8 text (byte {error.start}); a study file is"]) from None
+
+
+def parse_text(text: str, where: str = "study") -> dict[str, Any]:
+    """Return the document of a TOML text.
+
+    Raises
+    ------
+    StudyError
+        If it is too large or not TOML; the message leads with `where`.
+    """
+    if len(text) > MOST_BYTES:
+        raise study_error([f"{where}: is larger than {MOST_BYTES} characters; a study is not"])
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise study_error([f"{where}: is nested too deeply"]) from None
+    except ValueError as error:  # TOMLDecodeError, and whole numbers with too many digits
+        raise study_error([f"{where}: is not TOML: {short(str(error))[1:-1]}"]) from None

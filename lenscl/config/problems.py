@@ -1,0 +1,90 @@
+"""Words for what is wrong: values shortened for a message, nearest known keys, pydantic's findings in our terms."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from typing import Any
+
+from pydantic import ValidationError
+
+from lenscl.errors import StudyError
+
+_LONGEST_VALUE = 60  # characters of a value that a message repeats
+_LONGEST_LIST = 8
+_DEEPEST_VALUE = 3
+_MOST_PROBLEMS = 100  # a message is for reading: of a hostile file the first hundred faults are enough
+
+
+def short(value: object, depth: int = 0) -> str:
+    """Spell a value of a study for a message, in TOML's manner, never longer than a line."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int) and abs(value) >= 10**20:
+        return f"a whole number of about {int(value.bit_length() * 0.30103) + 1} digits"
+    if isinstance(value, str):
+        text = value if len(value) <= _LONGEST_VALUE else value[: _LONGEST_VALUE - 3] + "..."
+        return '"' + text.encode("unicode_escape").decode("ascii").replace('"', '\\"') + '"'
+    if isinstance(value, dict):
+        return "a table" if value else "an empty table"
+    if isinstance(value, list | tuple):
+        if len(value) > _LONGEST_LIST or depth >= _DEEPEST_VALUE:
+            return f"a list of {len(value)} values"
+        text = "[" + ", ".join(short(entry, depth + 1) for entry in value) + "]"
+        return text if len(text) <= 2 * _LONGEST_VALUE else f"a list of {len(value)} values"
+    text = repr(value) if isinstance(value, int | float) else str(value)
+    return text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 3] + "..."
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """Return `; did you mean "..."?` for the nearest known word, else the list of them."""
+    words = list(known)
+    near = difflib.get_close_matches(word[:_LONGEST_VALUE], words, n=1, cutoff=0.6)
+    if not near:  # a difference in case alone is not near enough for short words
+        near = [candidate for candidate in words if candidate.casefold() == word.casefold()][:1]
+    if near:
+        return f'; did you mean "{near[0]}"?'
+    return f"; known are {', '.join(words)}" if 0 < len(words) <= 24 else ""
+
+
+def key_text(key: str) -> str:
+    """Return a key as a message leads with it: shortened, with nothing a terminal would act on."""
+    text = short(key)[1:-1]
+    return text if text else '""'
+
+
+def unknown_key(at: str, key: str, known: Iterable[str]) -> str:
+    """Return the problem of a key that does not exist."""
+    where = f"{at}.{key_text(key)}" if at else key_text(key)
+    return f"{where}: unknown key{nearest(key, known)}"
+
+
+def from_pydantic(error: ValidationError, at: str, known: Iterable[str]) -> list[str]:
+    """Return the findings of one table, each led by its key."""
+    found = []
+    for item in error.errors(include_url=False, include_context=False, include_input=False):
+        loc = [str(part) for part in item["loc"]]
+        where = ".".join([at, *(key_text(part) for part in loc)]) if at else ".".join(loc)
+        match item["type"]:
+            case "extra_forbidden":
+                found.append(unknown_key(".".join([part for part in [at, *loc[:-1]] if part]), loc[-1], known))
+            case "missing":
+                found.append(f"{where}: is required")
+            case "model_type" | "dict_type":
+                found.append(f"{where}: must be a table")
+            case _:
+                found.append(f"{where}: {item['msg']}")
+    return found
+
+
+def study_error(problems: Iterable[str]) -> StudyError:
+    """Return the error of all problems, each once, in their order."""
+    once = list(dict.fromkeys(problems))
+    if len(once) > _MOST_PROBLEMS:
+        once = [*once[:_MOST_PROBLEMS], f"and {len(once) - _MOST_PROBLEMS} more problems"]
+    return StudyError(once)
+
+
+def as_plain(value: Any) -> Any:
+    """Return NumPy scalars and arrays as Python numbers and lists, everything else as it is."""
+    return value.tolist() if hasattr(value, "tolist") else value

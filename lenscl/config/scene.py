@@ -1,0 +1,267 @@
+"""The scene as values: what a tracer reads. Frozen, comparable, printable, complete.
+
+Lengths are in scene units, angles in degrees. A scene remembers how it was written where that decides what a later
+change keeps: whether a screen's corner or its centre was given, and the names of materials.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Generic, Literal, TypeVar, cast
+
+from lenscl.config.checks import Box, Vec3
+from lenscl.lenses import Surface
+from lenscl.materials import Material
+
+V = TypeVar("V")
+
+
+class Frozen(Mapping[str, V], Generic[V]):
+    """A mapping that never changes: hashable, picklable, equal to any mapping of the same items."""
+
+    __slots__ = ("_items",)
+
+    def __init__(self, items: Mapping[str, V] | None = None) -> None:
+        self._items: dict[str, V] = dict(items or {})
+
+    def __getitem__(self, key: str) -> V:
+        return self._items[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self._items.items()))
+
+    def __repr__(self) -> str:
+        return repr(self._items)
+
+
+class Effects(Frozen[str | bool]):
+    """What `[effects]` asks for, by key; each key of the registry is also an attribute: `effects.total_reflection`."""
+
+    __slots__ = ()
+
+    def __getattr__(self, key: str) -> str | bool:
+        if key.startswith("_") or key not in self._items:
+            raise AttributeError(f"no effect is called {key!r}")
+        return self._items[key]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Source:
+    """Where rays start: `at` for a point, `direction` (of any length) for parallel light."""
+
+    kind: Literal["point", "parallel"]
+    at: Vec3 | None = None
+    direction: Vec3 | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Screen:
+    """A parallelogram in space, given by the point that `scale` keeps, its spans before scaling and its size."""
+
+    keeps: Literal["corner", "centre"]
+    anchor: Vec3
+    unscaled_right: Vec3
+    unscaled_down: Vec3
+    scale: float
+    size: tuple[int, int]  # columns, rows
+
+    @property
+    def right(self) -> Vec3:
+        """Span along a row, over the whole width, scaled."""
+        return _times(self.scale, self.unscaled_right)
+
+    @property
+    def down(self) -> Vec3:
+        """Span along a column, over the whole height, scaled."""
+        return _times(self.scale, self.unscaled_down)
+
+    @property
+    def corner(self) -> Vec3:
+        """Where both coordinates are 0."""
+        return self.anchor if self.keeps == "corner" else self._shifted(-0.5)
+
+    @property
+    def centre(self) -> Vec3:
+        """Where both coordinates are one half."""
+        return self.anchor if self.keeps == "centre" else self._shifted(0.5)
+
+    @property
+    def columns(self) -> int:
+        """Pixels along `right`."""
+        return self.size[0]
+
+    @property
+    def rows(self) -> int:
+        """Pixels along `down`."""
+        return self.size[1]
+
+    def _shifted(self, share: float) -> Vec3:
+        x, y, z = (a + share * (r + d) for a, r, d in zip(self.anchor, self.right, self.down, strict=True))
+        return x, y, z
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Film(_Screen):
+    """The first screen: each of its pixels sends one ray."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Picture(_Screen):
+    """The second screen, which carries an image."""
+
+    images: str | tuple[str, ...] | None
+    outside: tuple[float, ...]
+    filter: Literal["nearest", "bilinear", "bicubic"]
+    encoding: Literal["srgb", "linear"] | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lens:
+    """A solid F <= 0 of one material, placed in the world.
+
+    `formula` is the surface as written: a name of the catalogue, or an expression, which then has `bounds`.
+    """
+
+    name: str | None
+    formula: str
+    bounds: Box | None
+    surface: Surface = field(compare=False, repr=False)  # made from formula and bounds
+    values: Mapping[str, float]  # every parameter of the surface
+    centre: Vec3
+    stretch: Vec3
+    rotate: Vec3  # degrees
+    material: Material
+
+    @property
+    def n(self) -> float:
+        """Refractive index at the d line."""
+        return self.material.n
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Numerics:
+    """How accurately to compute; lengths in scene units, `tolerance` None for the precision's own default."""
+
+    method: str
+    precision: Literal["single", "double"]
+    snell: Literal["exact", "paraxial"]
+    step: float
+    tolerance: float | None
+    max_events: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scene:
+    """Everything that decides where a ray goes, and how its colour is looked up."""
+
+    source: Source
+    film: Film
+    picture: Picture
+    medium: Material
+    lenses: tuple[Lens, ...]
+    effects: Effects
+    numerics: Numerics
+
+    @property
+    def n_medium(self) -> float:
+        """Refractive index between the lenses, at the d line."""
+        return self.medium.n
+
+    def replace(self, changes: Mapping[str, Any]) -> Scene:
+        """Return the scene with some keys changed, checked as a study file is.
+
+        Parameters
+        ----------
+        changes : mapping
+            Value by key, keys as in `[sweep.axes]`: `lens.r`, `lens.NAME.r`, `film.centre.x`, `numerics.precision`.
+            A new `lens.surface` drops the parameters that it does not have or that stood at their defaults; a corner
+            replaces a centre, and the reverse.
+
+        Raises
+        ------
+        StudyError
+            With every problem, each led by its key.
+        """
+        from lenscl.config.build import scene_from_document
+        from lenscl.config.keys import changed
+
+        return scene_from_document(changed(self.document(), changes))
+
+    def document(self) -> dict[str, Any]:
+        """Return the scene as the tables of a study file, complete and in a fixed order."""
+        source: dict[str, Any] = {"kind": self.source.kind}
+        place = self.source.at if self.source.kind == "point" else self.source.direction
+        source["at" if self.source.kind == "point" else "direction"] = list(cast(Vec3, place))
+        images = self.picture.images
+        picture = _screen_document(self.picture)
+        if images is not None:
+            picture["images"] = images if isinstance(images, str) else list(images)
+        picture["outside"] = list(self.picture.outside)
+        picture["filter"] = self.picture.filter
+        if self.picture.encoding is not None:
+            picture["encoding"] = self.picture.encoding
+        numerics = self.numerics
+        return {
+            "source": source,
+            "film": _screen_document(self.film),
+            "picture": picture,
+            "medium": {"n": _written(self.medium)},
+            "lens": [_lens_document(lens) for lens in self.lenses],
+            "effects": dict(self.effects),
+            "numerics": {
+                "method": numerics.method,
+                "precision": numerics.precision,
+                "snell": numerics.snell,
+                "step": numerics.step,
+                **({} if numerics.tolerance is None else {"tolerance": numerics.tolerance}),
+                "max_events": numerics.max_events,
+            },
+        }
+
+    def to_toml(self) -> str:
+        """Return the scene as a study file: the same text for equal scenes, and read back to an equal scene."""
+        import tomli_w
+
+        # One line a list: tomli_w breaks each of them, and line ends stand nowhere else inside a value
+        text = tomli_w.dumps(self.document())
+        text = re.sub(r"\[\n +", "[", text)
+        return re.sub(r",\n( *)(\])?", lambda end: end[2] or ", ", text)
+
+
+def _times(factor: float, v: Vec3) -> Vec3:
+    return factor * v[0], factor * v[1], factor * v[2]
+
+
+def _written(material: Material) -> Any:
+    return material.name if material.name is not None else material.index.written()
+
+
+def _screen_document(screen: Film | Picture) -> dict[str, Any]:
+    return {
+        screen.keeps: list(screen.anchor),
+        "right": list(screen.unscaled_right),
+        "down": list(screen.unscaled_down),
+        "scale": screen.scale,
+        "size": list(screen.size),
+    }
+
+
+def _lens_document(lens: Lens) -> dict[str, Any]:
+    return {
+        **({} if lens.name is None else {"name": lens.name}),
+        "surface": lens.formula,
+        **({} if lens.bounds is None else {"bounds": [list(corner) for corner in lens.bounds]}),
+        **lens.values,
+        "centre": list(lens.centre),
+        "stretch": list(lens.stretch),
+        "rotate": list(lens.rotate),
+        "n": _written(lens.material),
+    }

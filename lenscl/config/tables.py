@@ -1,0 +1,213 @@
+"""The tables of a study file as they are written: keys, defaults and what each value may be.
+
+One pydantic model a table; `lens` takes the parameters of its surface beside its own keys. What needs more than one
+value to judge (corner or centre, spans that are parallel) is checked in `build`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema
+
+from lenscl.config import checks
+from lenscl.config.checks import Bounds, Colour, Direction, Factor, Images, Length, Medium, Size, Stretch, Text, Vector
+from lenscl.effects import EFFECTS
+from lenscl.materials import material
+from lenscl.methods import METHODS
+
+PLANNED_METHODS = ("guarded", "polynomial", "interval")
+PLANNED_PRECISIONS = ("mixed",)
+# Effects of the study format that this version may lack, with the values that ask for nothing
+PLANNED_EFFECTS: dict[str, tuple[object, ...]] = {
+    "fresnel": (False,),
+    "dispersion": (False,),
+    "absorption": (False, "auto"),
+    "path_length": (False,),
+    "footprint": (False,),
+    "antialias": (1, False),
+    "caustics": (False,),
+}
+PLANNED_LENS_KEYS: dict[str, tuple[object, ...]] = {"absorption": ((0, 0, 0),), "absorbs": (False,)}
+FORMATS = ("png", "jpg", "tif", "exr")
+MOST_EVENTS = 255
+MOST_POINTS = 10_000_000
+
+
+def _words(*known: str, planned: tuple[str, ...] = ()) -> tuple[PlainValidator, WithJsonSchema]:
+    missing = tuple(word for word in planned if word not in known)
+    return PlainValidator(checks.OneOf(known, missing)), WithJsonSchema({"type": "string", "enum": list(known)})
+
+
+def _whole(low: int, high: int) -> tuple[PlainValidator, WithJsonSchema]:
+    schema = {"type": "integer", "minimum": low, "maximum": high}
+    return PlainValidator(checks.Whole(low, high)), WithJsonSchema(schema)
+
+
+class Table(BaseModel):
+    """A table of a study file: unknown keys are errors, values never change."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class SourceTable(Table):
+    """Where rays start."""
+
+    kind: Annotated[str, *_words("point", "parallel")] = Field("point", description="A point, or parallel light.")
+    at: Vector | None = Field(None, description="Where the point is; for kind = \"point\".")
+    direction: Direction | None = Field(None, description="Where parallel light goes, of any length.")
+
+
+class FilmTable(Table):
+    """The first screen: a parallelogram of pixels that each send one ray."""
+
+    corner: Vector | None = Field(None, description="Outer corner of pixel (0, 0); or give centre.")
+    centre: Vector | None = Field(None, description="Middle of the film; or give corner.")
+    right: Direction = Field(description="Along a row, its whole width.")
+    down: Direction = Field(description="Along a column, its whole height.")
+    scale: Factor = Field(1.0, description="Multiplies both spans; corner or centre stays where it was given.")
+    size: Size = Field(description="Columns and rows.")
+
+
+class PictureTable(Table):
+    """The second screen: a parallelogram that carries an image."""
+
+    corner: Vector | None = Field(None, description="Where (s, t) = (0, 0); or give centre.")
+    centre: Vector | None = Field(None, description="Middle of the picture; or give corner.")
+    right: Direction = Field(description="Along s, the whole width.")
+    down: Direction = Field(description="Along t, the whole height.")
+    scale: Factor = Field(1.0, description="Multiplies both spans; corner or centre stays where it was given.")
+    images: Images | None = Field(None, description="Files to paint, as patterns relative to the study file.")
+    size: Size = Field((1024, 1024), description="What a picture pixel is where there is no image.")
+    outside: Colour = Field((0.0,), description="Colour of a ray that misses the picture.")
+    filter: Annotated[str, *_words("nearest", "bilinear", "bicubic")] = Field("bilinear", description="Interpolation.")
+    encoding: Annotated[str, *_words("srgb", "linear")] | None = Field(
+        None, description="How the image's numbers code light; left out: srgb for whole numbers, linear for floats."
+    )
+
+
+class MediumTable(Table):
+    """What is between the lenses."""
+
+    n: Medium = Field(default_factory=lambda: material("vacuum"), description="Refractive index; vacuum if left out.")
+
+
+class LensTable(Table):
+    """One solid of glass; keys beside these are the parameters of its surface."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+    __pydantic_extra__: dict[str, Annotated[float, PlainValidator(checks.Number()), WithJsonSchema({"type": "number"})]]
+
+    name: Text | None = Field(None, description="Needed where there are several lenses.")
+    surface: Text = Field(description="A name of the catalogue, or an expression in x, y, z and its own parameters.")
+    bounds: Bounds | None = Field(None, description="Box that holds the solid of an expression, in local coordinates.")
+    centre: Vector = Field((0.0, 0.0, 0.0), description="Where the local origin is.")
+    stretch: Stretch = Field((1.0, 1.0, 1.0), description="Factors along the local axes; negative ones mirror.")
+    rotate: Vector = Field((0.0, 0.0, 0.0), description="Degrees about the fixed axes x, then y, then z.")
+    n: Medium = Field(description="Refractive index inside.")
+
+
+class NumericsTable(Table):
+    """How accurately to compute."""
+
+    method: Annotated[str, *_words("auto", *METHODS, planned=PLANNED_METHODS)] = Field(
+        "auto", description="How the next surface is found."
+    )
+    precision: Annotated[str, *_words("single", "double", planned=PLANNED_PRECISIONS)] = Field(
+        "double", description="Floating point numbers used."
+    )
+    snell: Annotated[str, *_words("exact", "paraxial")] = Field("exact", description="The law of refraction.")
+    step: Factor = Field(0.01, description="Distance between samples of the march, in scene units.")
+    tolerance: Factor | None = Field(None, description="Width of a bracket the march accepts, in scene units.")
+    max_events: Annotated[int, *_whole(1, MOST_EVENTS)] = Field(64, description="Surfaces met before TRAPPED.")
+
+
+class OutputTable(Table):
+    """What is written."""
+
+    format: Annotated[str, *_words(*FORMATS)] = Field("png", description="Format of the painted images.")
+
+
+SCENE_TABLES: dict[str, type[Table]] = {
+    "source": SourceTable,
+    "film": FilmTable,
+    "picture": PictureTable,
+    "medium": MediumTable,
+    "numerics": NumericsTable,
+}
+REQUIRED_TABLES = ("source", "film", "picture", "lens")
+TOP_KEYS = ("title", "source", "film", "picture", "medium", "lens", "effects", "numerics", "sweep", "output")
+
+
+def study_schema() -> dict[str, Any]:
+    """Return the JSON schema of a study file (draft 2020-12), for editors."""
+    properties: dict[str, Any] = {"title": {"type": "string"}}
+    for name, table in (*SCENE_TABLES.items(), ("output", OutputTable)):
+        properties[name] = _schema(table)
+    lens = _schema(LensTable)
+    lens["additionalProperties"] = {"type": "number"}
+    properties["lens"] = {"type": "array", "minItems": 1, "items": lens}
+    properties["effects"] = {
+        "type": "object",
+        "additionalProperties": False,
+        "properties": {key: {"enum": [*effect.choices, False]} for key, effect in EFFECTS.items()}
+        | {key: {"enum": list(idle)} for key, idle in PLANNED_EFFECTS.items() if key not in EFFECTS},
+    }
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "lenscl study",
+        "type": "object",
+        "required": list(REQUIRED_TABLES),
+        "additionalProperties": False,
+        "properties": {key: properties[key] for key in TOP_KEYS if key in properties} | {"sweep": _sweep_schema()},
+    }
+
+
+def _schema(table: type[Table]) -> dict[str, Any]:
+    """Return the schema of one table; a value that may be left out may not be written as null, TOML having none."""
+    schema = table.model_json_schema()
+    for key, entry in schema["properties"].items():
+        choices = [choice for choice in entry.get("anyOf", ()) if choice != {"type": "null"}]
+        if choices:
+            del entry["anyOf"]
+            entry.update(choices[0] if len(choices) == 1 else {"anyOf": choices})
+        if entry.get("default", 0) is None:
+            del entry["default"]
+        entry.setdefault("description", key)
+    return schema
+
+
+def _sweep_schema() -> dict[str, Any]:
+    triple = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+    shapes: list[dict[str, Any]] = [
+        {"type": "object", "properties": {kind: triple}, "required": [kind], "additionalProperties": False}
+        for kind in ("linspace", "logspace", "range")
+    ]
+    span = {
+        "type": "object",
+        "properties": {
+            "min": {"type": "number"},
+            "max": {"type": "number"},
+            "scale": {"enum": ["linear", "log"]},
+        },
+        "required": ["min", "max"],
+        "additionalProperties": False,
+    }
+    axes = {"type": "object", "additionalProperties": {"anyOf": [{"type": "array", "minItems": 1}, *shapes, span]}}
+    groups = {"type": "array", "items": {"type": "object", "minProperties": 1}}
+    return {
+        "type": "object",
+        "additionalProperties": False,
+        "properties": {
+            "mode": {"enum": ["grid", "latin", "halton", "sobol", "random"]},
+            "samples": {"type": "integer", "minimum": 1},
+            "seed": {"type": "integer", "minimum": 0},
+            "max_points": {"type": "integer", "minimum": 1, "maximum": MOST_POINTS},
+            "axes": axes,
+            "zip": {**groups, "items": axes},
+            "exclude": groups,
+            "include": groups,
+        },
+    }
+
+
