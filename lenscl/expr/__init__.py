@@ -1,0 +1,53 @@
+"""Expressions: text in, one graph, and from one table of operations everything that is made of it.
+
+`parse` reads text by a whitelist; `evaluate`, `evaluate_with_error` and `bounds` compute with numpy; `differentiate`,
+`gradient` and `polynomial` make further graphs; `c_text` spells them in OpenCL C with shared parts named.
+
+>>> from lenscl.expr import gradient, parse
+>>> F = parse("(R - sqrt(x^2 + y^2))^2 + z^2 - r^2", symbols=["x", "y", "z", "R", "r"])
+>>> print(gradient(F)[2])
+2 * z
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from lenscl.expr.c_writer import RESERVED_WORDS, CText, c_text
+from lenscl.expr.derive import differentiate, gradient, polynomial
+from lenscl.expr.graph import Expr, digest, number, symbol
+from lenscl.expr.operations import FUNCTIONS, OPERATIONS, Operation
+from lenscl.expr.reader import parse
+
+if TYPE_CHECKING:  # these compute with numpy, which reading and writing expressions does not wait for
+    from lenscl.expr.enclose import bounds
+    from lenscl.expr.values import evaluate, evaluate_with_error
+
+__all__ = [
+    "FUNCTIONS",
+    "OPERATIONS",
+    "RESERVED_WORDS",
+    "CText",
+    "Expr",
+    "Operation",
+    "bounds",
+    "c_text",
+    "differentiate",
+    "digest",
+    "evaluate",
+    "evaluate_with_error",
+    "gradient",
+    "number",
+    "parse",
+    "polynomial",
+    "symbol",
+]
+
+_NUMERIC = {"bounds": "enclose", "evaluate": "values", "evaluate_with_error": "values"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _NUMERIC:
+        raise AttributeError(f"module 'lenscl.expr' has no attribute {name!r}")
+    return getattr(import_module(f"lenscl.expr.{_NUMERIC[name]}"), name)
