@@ -2,14 +2,39 @@
 
 In: the text of a study. Out: a `Study` (a `Scene`, the points of its sweep, its images), or a StudyError that lists
 every problem, each led by its TOML key. Nothing in a study file can run code.
+
+>>> scene = scene_from_toml('''
+... source = { at = [0, 0, 4] }
+... film = { centre = [0, 0, 2.5], right = [2, 0, 0], down = [0, -2, 0], size = [64, 64] }
+... picture = { centre = [0, 0, -2.5], right = [6, 0, 0], down = [0, -6, 0] }
+... lens = [{ surface = "torus", r = 0.3, n = "BK7" }]
+... ''')
+>>> scene.replace({"lens.r": 0.2, "film.scale": 0.4}).film.corner
+(-0.4, 0.4, 2.5)
 """
 
 from __future__ import annotations
 
-from lenscl.config.build import scene_from_document
-from lenscl.config.load import parse_text
-from lenscl.config.scene import Scene
+from lenscl.config.scene import Effects, Film, Lens, Numerics, Picture, Scene, Source
+from lenscl.config.study import Output, Point, Study, load_study, parse_override, scene_from_toml, study_from_toml
+from lenscl.config.sweep import Sweep
+from lenscl.config.tables import study_schema
 
-
-def scene_from_toml(text: str) -> Scene:
-    return scene_from_document(parse_text(text))
+__all__ = [
+    "Effects",
+    "Film",
+    "Lens",
+    "Numerics",
+    "Output",
+    "Picture",
+    "Point",
+    "Scene",
+    "Source",
+    "Study",
+    "Sweep",
+    "load_study",
+    "parse_override",
+    "scene_from_toml",
+    "study_from_toml",
+    "study_schema",
+]

@@ -78,7 +78,7 @@ class Range:
     def count(self) -> int:
         """How many values there are; 0 where the step leads away from the stop."""
         steps = (self.stop - self.start) / self.step
-        return 0 if steps < -_HIT else int(min(math.floor(steps + _HIT), _LONGEST_COUNT)) + 1
+        return 0 if steps < -_HIT else math.floor(min(steps + _HIT, _LONGEST_COUNT)) + 1
 
     def make(self) -> tuple[float, ...]:
         """Return the values."""
@@ -107,7 +107,9 @@ class Span:
 
 Axis = Values | Linspace | Logspace | Range | Span
 _NUMBER = Number()
-_EXAMPLE = "a list of values, { linspace = [start, stop, count] }, { logspace = [...] } or { range = [start, stop, step] }"
+_EXAMPLE = (
+    "a list of values, { linspace = [start, stop, count] }, { logspace = [...] } or { range = [start, stop, step] }"
+)
 
 
 def read_axis(written: Any) -> Axis:
@@ -138,9 +140,7 @@ def read_axis(written: Any) -> Axis:
 def _checked(what: str, check: Callable[[Any], Any], value: Any) -> Any:
     try:
         return check(value)
-    except Exception as error:  # the one kind a check raises, PydanticCustomError, is a ValueError
-        if not isinstance(error, ValueError):
-            raise
+    except ValueError as error:  # PydanticCustomError is one
         raise ValueError(f"{what} {error}") from None
 
 
@@ -187,7 +187,7 @@ def _span(written: dict[str, Any]) -> Span:
     if not low <= high:
         raise ValueError(f"min must not exceed max, got {short(written['min'])} and {short(written['max'])}")
     if scale == "log" and not low > 0.0:
-        raise ValueError(f"min must be positive where scale is \"log\", got {short(written['min'])}")
+        raise ValueError(f'min must be positive where scale is "log", got {short(written["min"])}')
     return Span(low, high, scale)
 
 

@@ -51,34 +51,31 @@ def scene_from_document(document: Mapping[str, Any]) -> Scene:
         With every problem found.
     """
     problems: list[str] = []
-    scene = read_scene(document, problems.append)
+    scene = read_scene(document, problems)
     if scene is None:
         raise study_error(problems)
     return scene
 
 
-def read_scene(document: Mapping[str, Any], report: Report) -> Scene | None:
+def read_scene(document: Mapping[str, Any], problems: list[str]) -> Scene | None:
     """Return the scene of a document, or None after at least one problem was reported."""
-    count = 0
-
-    def counted(problem: str) -> None:
-        nonlocal count
-        count += 1
-        report(problem)
-
-    source = read_table(SourceTable, document, "source", counted)
-    film = read_table(FilmTable, document, "film", counted)
-    picture = read_table(PictureTable, document, "picture", counted)
-    medium = read_table(MediumTable, document, "medium", counted)
-    numerics = _read_numerics(document, counted)
-    effects = _read_effects(document, counted)
-    lenses = _read_lenses(document, counted)
+    before, report = len(problems), problems.append
+    source = read_table(SourceTable, document, "source", report)
+    film = read_table(FilmTable, document, "film", report)
+    picture = read_table(PictureTable, document, "picture", report)
+    medium = read_table(MediumTable, document, "medium", report)
+    numerics = _read_numerics(document, report)
+    effects = _read_effects(document, report)
+    lenses = _read_lenses(document, problems)
     if source is not None:
-        _check_source(source, counted)
-    for at, screen in (("film", film), ("picture", picture)):
-        if screen is not None:
-            _check_screen(at, cast(FilmTable | PictureTable, screen), counted)
-    if count or source is None or film is None or picture is None or medium is None or numerics is None:
+        _check_source(source, report)
+    if film is not None:
+        _check_screen("film", film, report)
+    if picture is not None:
+        _check_screen("picture", picture, report)
+    if source is None or film is None or picture is None or medium is None or numerics is None:
+        return None
+    if len(problems) > before:
         return None
     return Scene(
         source=Source(kind=cast(Literal["point", "parallel"], source.kind), at=source.at, direction=source.direction),
@@ -195,7 +192,8 @@ def _read_effects(document: Mapping[str, Any], report: Report) -> Effects:
     return Effects(asked)
 
 
-def _read_lenses(document: Mapping[str, Any], report: Report) -> list[Lens]:
+def _read_lenses(document: Mapping[str, Any], problems: list[str]) -> list[Lens]:
+    report = problems.append
     tables = document.get("lens")
     if tables is None:
         report("lens: is required; add a table [[lens]] with a surface and an index n")
@@ -210,7 +208,7 @@ def _read_lenses(document: Mapping[str, Any], report: Report) -> list[Lens]:
         report(f"lens: at most {_MOST_LENSES} lenses are supported, got {len(tables)}")
         return []
     _check_names(tables, report)
-    found = [_read_lens(table, at, report) for table, at in zip(tables, lens_prefixes(tables), strict=True)]
+    found = [_read_lens(table, at, problems) for table, at in zip(tables, lens_prefixes(tables), strict=True)]
     return [lens for lens in found if lens is not None]
 
 
@@ -220,7 +218,9 @@ def lens_prefixes(tables: list[dict[str, Any]]) -> list[str]:
         return ["lens"]
     names = [table.get("name") for table in tables]
     return [
-        f"lens.{name}" if isinstance(name, str) and NAME.fullmatch(name) and names.count(name) == 1 else f"lens[{place}]"
+        f"lens.{name}"
+        if isinstance(name, str) and NAME.fullmatch(name) and names.count(name) == 1
+        else f"lens[{place}]"
         for place, name in enumerate(names)
     ]
 
@@ -245,35 +245,29 @@ def _check_names(tables: list[dict[str, Any]], report: Report) -> None:
         seen.add(name)
 
 
-def _read_lens(table: dict[str, Any], at: str, report: Report) -> Lens | None:
-    count = 0
-
-    def counted(problem: str) -> None:
-        nonlocal count
-        count += 1
-        report(problem)
-
+def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> Lens | None:
+    before, report = len(problems), problems.append
     own = dict(table)
     for key, idle in PLANNED_LENS_KEYS.items():
         if key in own and key not in LENS_KEYS:
             value = own.pop(key)
             if not any(value == (list(nothing) if isinstance(nothing, tuple) else nothing) for nothing in idle):
-                counted(f"{at}.{key}: {short(value)} is not available in this version; leave the key out")
+                report(f"{at}.{key}: {short(value)} is not available in this version; leave the key out")
     # Parameters are judged against the surface, so an unknown key is told from a wrong number
     formula = own.get("surface")
     if isinstance(formula, str):
-        own = _known_keys(own, formula, at, counted)
-    read = _read(LensTable, own, at, counted)
-    if read is None or count:
+        own = _known_keys(own, formula, at, report)
+    read = _read(LensTable, own, at, report)
+    if read is None or len(problems) > before:
         return None
-    made = _surface(read, at, counted)
-    if made is None or count:
+    made = _surface(read, at, report)
+    if made is None or len(problems) > before:
         return None
     given = read.model_extra or {}
     values = {parameter.name: given.get(parameter.name, parameter.default) for parameter in made.parameters}
     for key, what in made.problems(values):
-        counted(f"{at}.{key}: {what}")
-    if count:
+        report(f"{at}.{key}: {what}")
+    if len(problems) > before:
         return None
     return Lens(
         name=read.name,
@@ -338,4 +332,3 @@ def unknown_top_keys(document: Mapping[str, Any], known: tuple[str, ...], report
     for key in document:
         if key not in known:
             report(unknown_key("", key, known))
-

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from numbers import Integral, Real
 from typing import Annotated, Any
 
@@ -99,7 +100,9 @@ class OneOf:
         choices = " or ".join(short(known) for known in self.known)
         if isinstance(value, str) and value in self.planned:
             raise wrong(f"{short(value)} is not available in this version; choose {choices}")
-        hint = nearest(value, [known for known in self.known if isinstance(known, str)]) if isinstance(value, str) else ""
+        hint = (
+            nearest(value, [known for known in self.known if isinstance(known, str)]) if isinstance(value, str) else ""
+        )
         raise wrong(f"must be {choices}, got {short(value)}{hint if 'did you mean' in hint else ''}")
 
 
@@ -161,8 +164,12 @@ def check_size(value: Any) -> tuple[int, int]:
 def check_images(value: Any) -> str | tuple[str, ...]:
     """Return a glob pattern, or several."""
     patterns = [value] if isinstance(value, str) else value
-    if not isinstance(patterns, list | tuple) or not patterns or not all(isinstance(one, str) and one for one in patterns):
-        raise wrong(f"must be a pattern such as \"pictures/*\", or a list of patterns, got {short(value)}")
+    if (
+        not isinstance(patterns, list | tuple)
+        or not patterns
+        or not all(isinstance(one, str) and one for one in patterns)
+    ):
+        raise wrong(f'must be a pattern such as "pictures/*", or a list of patterns, got {short(value)}')
     for one in patterns:
         if "\0" in one or len(one) > 4096:
             raise wrong(f"must be a pattern of file names, got {short(one)}")
@@ -196,8 +203,8 @@ def _formula(value: dict[str, Any]) -> Index:
     """Return the dispersion formula of a table with exactly one of its three keys."""
     if len(value) != 1 or next(iter(value)) not in _FORMULAS:
         raise wrong(
-            "must be a number, a material's name, { sellmeier = [...] }, { cauchy = [...] } or { table = [[nm, n], ...] }"
-            f", got a table with {', '.join(short(key) for key in list(value)[:4]) or 'no keys'}"
+            "must be a number, a material's name, { sellmeier = [...] }, { cauchy = [...] } or "
+            f"{{ table = [[nm, n], ...] }}, got a table with {', '.join(short(key) for key in list(value)[:4]) or 'no keys'}"
         )
     kind, numbers = next(iter(value.items()))
     return _FORMULAS[kind](as_plain(numbers))
@@ -220,7 +227,7 @@ def _cauchy(numbers: Any) -> Index:
 def _table(rows: Any) -> Index:
     what = "table = [[nm, n], ...], two or more, rising in nm"
     pairs = Numbers(2, _MOST_DISPERSION, what, Numbers(2, 2, "[nm, n]"))(rows)
-    if any(not b[0] > a[0] for a, b in zip(pairs, pairs[1:], strict=False)):
+    if any(not b[0] > a[0] for a, b in pairwise(pairs)):
         raise wrong(f"must be {what}, got a wavelength that does not rise")
     return Table(tuple(nm for nm, _ in pairs), tuple(n for _, n in pairs))
 
@@ -228,7 +235,6 @@ def _table(rows: Any) -> Index:
 _FORMULAS: dict[str, Callable[[Any], Index]] = {"sellmeier": _sellmeier, "cauchy": _cauchy, "table": _table}
 _VECTOR = Numbers(3, 3, "three numbers [x, y, z]")
 
-_NUMBER_SCHEMA: dict[str, Any] = {"type": "number"}
 _NUMBERS_SCHEMA: dict[str, Any] = {"type": "array", "items": {"type": "number"}}
 VEC3_SCHEMA = {**_NUMBERS_SCHEMA, "minItems": 3, "maxItems": 3}
 INDEX_SCHEMA: dict[str, Any] = {
@@ -236,16 +242,18 @@ INDEX_SCHEMA: dict[str, Any] = {
         {"type": "number", "exclusiveMinimum": 0},
         {"type": "string", "examples": list(CATALOGUE)},
         *(
-            {"type": "object", "properties": {kind: {"type": "array"}}, "required": [kind], "additionalProperties": False}
+            {
+                "type": "object",
+                "properties": {kind: {"type": "array"}},
+                "required": [kind],
+                "additionalProperties": False,
+            }
             for kind in _FORMULAS
         ),
     ]
 }
 
-Length = Annotated[float, PlainValidator(Number()), WithJsonSchema(_NUMBER_SCHEMA)]
-Factor = Annotated[
-    float, PlainValidator(Number(above=0.0)), WithJsonSchema({"type": "number", "exclusiveMinimum": 0})
-]
+Factor = Annotated[float, PlainValidator(Number(above=0.0)), WithJsonSchema({"type": "number", "exclusiveMinimum": 0})]
 Vector = Annotated[Vec3, PlainValidator(_VECTOR), WithJsonSchema(VEC3_SCHEMA)]
 Direction = Annotated[
     Vec3,
@@ -254,7 +262,9 @@ Direction = Annotated[
 ]
 Stretch = Annotated[Vec3, PlainValidator(check_stretch), WithJsonSchema(VEC3_SCHEMA)]
 Bounds = Annotated[
-    Box, PlainValidator(check_box), WithJsonSchema({"type": "array", "items": VEC3_SCHEMA, "minItems": 2, "maxItems": 2})
+    Box,
+    PlainValidator(check_box),
+    WithJsonSchema({"type": "array", "items": VEC3_SCHEMA, "minItems": 2, "maxItems": 2}),
 ]
 Size = Annotated[
     tuple[int, int],

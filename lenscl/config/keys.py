@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -20,6 +19,7 @@ _COMPONENTS: dict[str, dict[str, int]] = {
     "size": _SIDES,
 }
 _NEVER_SWEPT = ("lens.name", "picture.images")
+_DECIDING = (".surface", ".kind", ".corner", ".centre")
 # Writing the one key of a pair takes the other away
 _EITHER_OR = {"corner": "centre", "centre": "corner"}
 
@@ -31,6 +31,11 @@ class Place:
     table: dict[str, Any]
     key: str
     component: int | None
+
+    @property
+    def identity(self) -> tuple[int, str, int | None]:
+        """Equal for two spellings of one place."""
+        return id(self.table), self.key, self.component
 
     def value(self) -> Any:
         """Return what stands there; None where the key is not written."""
@@ -88,18 +93,17 @@ def key_problem(key: str, known: Mapping[str, Place], document: Mapping[str, Any
 
 
 def changed(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a document with some keys changed; the values are judged later, when it is read.
+    """Change some keys of a document, and return it; the values are judged later, when it is read.
 
     Raises
     ------
     StudyError
         For keys that point nowhere.
     """
-    document = copy.deepcopy(document)
     problems = []
-    # What decides which other keys there are goes first
-    for key in sorted(changes, key=lambda key: not key.endswith((".surface", ".kind", ".corner", ".centre"))):
-        known = places(document)
+    known = places(document)
+    # What decides which other keys there are goes first, components go last
+    for key in sorted(changes, key=lambda key: (not key.endswith(_DECIDING), whole_of(key) is not None)):
         problem = key_problem(key, known, document)
         if problem is not None:
             problems.append(problem)
@@ -107,6 +111,7 @@ def changed(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, A
         place, value = known[key], as_plain(changes[key])
         if place.component is None:
             _write(place.table, place.key, value)
+            known = places(document) if key.endswith(_DECIDING) else known
         else:
             place.table[place.key][place.component] = value
     if problems:
@@ -136,4 +141,3 @@ def _drop_old_surface(lens: dict[str, Any], new: str) -> None:
     for key in [key for key in lens if key not in LENS_KEYS]:
         if key not in has or lens[key] == defaults.get(key):
             del lens[key]
-

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema
 
 from lenscl.config import checks
-from lenscl.config.checks import Bounds, Colour, Direction, Factor, Images, Length, Medium, Size, Stretch, Text, Vector
+from lenscl.config.checks import Bounds, Colour, Direction, Factor, Images, Medium, Size, Stretch, Text, Vector
 from lenscl.effects import EFFECTS
 from lenscl.materials import material
 from lenscl.methods import METHODS
@@ -30,6 +30,7 @@ PLANNED_EFFECTS: dict[str, tuple[object, ...]] = {
 }
 PLANNED_LENS_KEYS: dict[str, tuple[object, ...]] = {"absorption": ((0, 0, 0),), "absorbs": (False,)}
 FORMATS = ("png", "jpg", "tif", "exr")
+MODES = ("grid", "latin", "halton", "sobol", "random")
 MOST_EVENTS = 255
 MOST_POINTS = 10_000_000
 
@@ -54,7 +55,7 @@ class SourceTable(Table):
     """Where rays start."""
 
     kind: Annotated[str, *_words("point", "parallel")] = Field("point", description="A point, or parallel light.")
-    at: Vector | None = Field(None, description="Where the point is; for kind = \"point\".")
+    at: Vector | None = Field(None, description='Where the point is; for kind = "point".')
     direction: Direction | None = Field(None, description="Where parallel light goes, of any length.")
 
 
@@ -128,6 +129,19 @@ class OutputTable(Table):
     format: Annotated[str, *_words(*FORMATS)] = Field("png", description="Format of the painted images.")
 
 
+class SweepTable(Table):
+    """Which points there are; what the axes may be is checked in `sweep`."""
+
+    mode: Annotated[str, *_words(*MODES)] = "grid"
+    samples: Annotated[int, *_whole(1, MOST_POINTS)] | None = None
+    seed: Annotated[int, *_whole(0, 2**63 - 1)] = 1
+    max_points: Annotated[int, *_whole(1, MOST_POINTS)] = 100_000
+    axes: Any = None
+    zip: Any = None
+    exclude: Any = None
+    include: Any = None
+
+
 SCENE_TABLES: dict[str, type[Table]] = {
     "source": SourceTable,
     "film": FilmTable,
@@ -142,8 +156,9 @@ TOP_KEYS = ("title", "source", "film", "picture", "medium", "lens", "effects", "
 def study_schema() -> dict[str, Any]:
     """Return the JSON schema of a study file (draft 2020-12), for editors."""
     properties: dict[str, Any] = {"title": {"type": "string"}}
-    for name, table in (*SCENE_TABLES.items(), ("output", OutputTable)):
+    for name, table in SCENE_TABLES.items():
         properties[name] = _schema(table)
+    properties["output"] = _schema(OutputTable)
     lens = _schema(LensTable)
     lens["additionalProperties"] = {"type": "number"}
     properties["lens"] = {"type": "array", "minItems": 1, "items": lens}
@@ -199,7 +214,7 @@ def _sweep_schema() -> dict[str, Any]:
         "type": "object",
         "additionalProperties": False,
         "properties": {
-            "mode": {"enum": ["grid", "latin", "halton", "sobol", "random"]},
+            "mode": {"enum": list(MODES)},
             "samples": {"type": "integer", "minimum": 1},
             "seed": {"type": "integer", "minimum": 0},
             "max_points": {"type": "integer", "minimum": 1, "maximum": MOST_POINTS},
@@ -209,5 +224,3 @@ def _sweep_schema() -> dict[str, Any]:
             "include": groups,
         },
     }
-
-

@@ -1,0 +1,399 @@
+"""A study: a scene, the points of its sweep, its images and where its results go."""
+
+from __future__ import annotations
+
+import glob
+import itertools
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from lenscl.config.build import NAME, is_catalogue_name, read_scene, read_table, unknown_top_keys
+from lenscl.config.keys import Place, key_problem, never_swept, places, whole_of
+from lenscl.config.load import parse_text, read_text
+from lenscl.config.problems import as_plain, key_text, short, study_error
+from lenscl.config.scene import Frozen, Scene
+from lenscl.config.sweep import Sweep, check_count, read_sweep
+from lenscl.config.tables import TOP_KEYS, OutputTable, SweepTable
+from lenscl.errors import StudyError
+from lenscl.lenses import catalogue
+
+_MOST_CHECKED = 1000  # points built when a study is read: every value of every axis, up to so many
+_MOST_LOOKED_AT = 200_000  # points looked at to find them
+_MOST_IMAGES = 1_000_000
+_LONGEST_TITLE = 1000
+_SWEEP_SETTINGS = ("mode", "samples", "seed", "max_points")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Output:
+    """What is written: the format of the painted images."""
+
+    format: str = "png"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Point:
+    """One combination of the values of a study's axes.
+
+    `values` has every key of `study.axes`, in their order; None where the scene leaves a key out. The scene is built
+    when it is first asked for, so that points are cheap to list.
+    """
+
+    index: int
+    values: Mapping[str, Any]
+    study_scene: Scene = field(repr=False)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene of this point.
+
+        Raises
+        ------
+        StudyError
+            If these values do not go together; every problem names the point.
+        """
+        try:
+            return self.study_scene.replace({key: value for key, value in self.values.items() if value is not None})
+        except StudyError as error:
+            listed = ", ".join(f"{key} = {short(value)}" for key, value in list(self.values.items())[:8])
+            raise StudyError([f"{problem} (point {self.index}: {listed})" for problem in error.problems]) from None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Study:
+    """What `lenscl sweep` carries out.
+
+    Attributes
+    ----------
+    title : str
+        For reports; the file's name where the study says nothing.
+    scene : Scene
+        The scene at the values written in its own tables.
+    path : Path or None
+        The file it came from.
+    folder : Path
+        What `picture.images` is relative to.
+    images : tuple of Path
+        The files that `picture.images` matches, sorted; see `require_images`.
+    sweep : Sweep
+        Which points there are.
+    output : Output
+        What is written.
+    overrides : mapping
+        What `with_overrides` changed.
+    """
+
+    title: str
+    scene: Scene
+    path: Path | None
+    folder: Path
+    images: tuple[Path, ...]
+    sweep: Sweep
+    output: Output
+    overrides: Mapping[str, Any]
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The keys that vary, in the order of the columns of a table of results."""
+        return self.sweep.axis_keys()
+
+    def point_count(self) -> int:
+        """Return how many points there are."""
+        return self.sweep.count(self._defaults())
+
+    def points(self) -> Iterator[Point]:
+        """Yield the points one by one, in the order of their indices."""
+        for index, values in enumerate(self.sweep.rows(self._defaults())):
+            yield Point(index=index, values=Frozen(values), study_scene=self.scene)
+
+    def require_images(self) -> tuple[Path, ...]:
+        """Return the images.
+
+        Raises
+        ------
+        StudyError
+            If there are none; the message says where they were looked for.
+        """
+        patterns = self.scene.picture.images
+        if patterns is None:
+            raise study_error(['picture.images: is required to paint; add a pattern such as images = "pictures/*"'])
+        if not self.images:
+            written = short(patterns)
+            raise study_error([f"picture.images: no file matches {written} in {short(str(self.folder))[1:-1]}"])
+        return self.images
+
+    def with_overrides(self, changes: Mapping[str, Any]) -> Study:
+        """Return the study with some of its keys set, as `--set KEY=VALUE` does.
+
+        Parameters
+        ----------
+        changes : mapping
+            Value by key: any key of the scene, and `title`, `output.format`, `sweep.mode`, `sweep.samples`,
+            `sweep.seed` and `sweep.max_points`. An axis of that key is held at the value.
+
+        Raises
+        ------
+        StudyError
+            With every problem, each led by its key.
+        """
+        problems: list[str] = []
+        outer = {
+            key: value for key, value in changes.items() if key == "title" or key.split(".")[0] in ("output", "sweep")
+        }
+        inner = {key: as_plain(value) for key, value in changes.items() if key not in outer}
+        title, output, sweep = self._with_outer(outer, problems)
+        scene = self.scene
+        try:
+            scene = scene.replace(inner)
+        except StudyError as error:
+            problems += error.problems
+        known = places(self.scene.document())
+        for key, value in inner.items():
+            for axis in sweep.axis_keys():
+                if axis in known and key in known and known[axis].identity == known[key].identity:
+                    sweep = sweep.hold(axis, value)
+                elif axis == whole_of(key):
+                    problems.append(f"{key_text(key)}: cannot be set, because the axis {axis} varies the whole of it")
+        if problems:
+            raise study_error(problems)
+        study = replace(
+            self,
+            title=title,
+            scene=scene,
+            sweep=sweep,
+            output=output,
+            images=_find_images(scene, self.folder),
+            overrides=Frozen({**self.overrides, **changes}),
+        )
+        _check_points(study)
+        return study
+
+    def _with_outer(self, changes: Mapping[str, Any], problems: list[str]) -> tuple[str, Output, Sweep]:
+        """Return the title, output and sweep with keys of theirs changed."""
+        title, output, sweep = self.title, self.output, self.sweep
+        settings: dict[str, Any] = {}
+        for key, value in changes.items():
+            table, _, name = key.partition(".")
+            if key == "title":
+                title = _read_title({"title": value}, title, problems)
+            elif table == "output":
+                output = _read_output({"output": {name: value}}, problems)
+            elif name in _SWEEP_SETTINGS:
+                settings[name] = value
+            else:
+                listed = ", ".join(f"sweep.{setting}" for setting in _SWEEP_SETTINGS)
+                problems.append(f"{key_text(key)}: cannot be set; {listed} can, and the keys of the axes themselves")
+        if settings:
+            read = read_table(SweepTable, {"sweep": settings}, "sweep", problems.append)
+            if read is not None:
+                if "mode" in settings and (read.mode == "grid") != (sweep.mode == "grid"):
+                    problems.append(f"sweep.mode: the axes are written for {short(sweep.mode)}, not {short(read.mode)}")
+                sweep = replace(sweep, **{name: getattr(read, name) for name in settings})
+                check_count(sweep, problems.append)
+        return title, output, sweep
+
+    def _defaults(self) -> dict[str, Any]:
+        """Return what the scene says for every key that varies."""
+        known = places(self.scene.document())
+        return {key: known[key].value() if key in known else None for key in self.axes}
+
+
+def load_study(path: str | Path) -> Study:
+    """Read a study file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A TOML file; `picture.images` is relative to its folder.
+
+    Raises
+    ------
+    StudyError
+        With every problem, each led by its key, or by the file where it cannot be read at all.
+    """
+    file = Path(path)
+    return study_from_toml(read_text(file), folder=file.parent, path=file)
+
+
+def study_from_toml(text: str, *, folder: str | Path = ".", path: Path | None = None) -> Study:
+    """Read a study from a text.
+
+    Parameters
+    ----------
+    text : str
+        TOML, as a study file holds it.
+    folder : str or Path
+        What `picture.images` is relative to.
+    path : Path, optional
+        Where the text came from; it names the study where the text has no title.
+
+    Raises
+    ------
+    StudyError
+        With every problem, each led by its key.
+    """
+    problems: list[str] = []
+    document = parse_text(text, "study" if path is None else short(str(path))[1:-1])
+    unknown_top_keys(document, TOP_KEYS, problems.append)
+    title = _read_title(document, "study" if path is None else path.stem, problems)
+    scene = read_scene(document, problems)
+    sweep = read_sweep(document, problems.append)
+    output = _read_output(document, problems)
+    if scene is not None:
+        _check_keys(sweep, scene, problems)
+    check_count(sweep, problems.append)
+    if scene is None or problems:
+        raise study_error(problems)
+    study = Study(
+        title=title,
+        scene=scene,
+        path=path,
+        folder=Path(folder),
+        images=_find_images(scene, Path(folder)),
+        sweep=sweep,
+        output=output,
+        overrides=Frozen(),
+    )
+    _check_points(study)
+    return study
+
+
+def scene_from_toml(text: str) -> Scene:
+    """Return the scene of a study's text; the study is checked whole, its sweep and output are then left out.
+
+    Raises
+    ------
+    StudyError
+        With every problem, each led by its key.
+    """
+    return study_from_toml(text).scene
+
+
+def parse_override(text: str) -> tuple[str, Any]:
+    """Return the key and the value of a `KEY=VALUE`; VALUE is TOML, and a text where it is not.
+
+    >>> parse_override("lens.stretch=[1, 2, 3]")
+    ('lens.stretch', [1, 2, 3])
+    >>> parse_override("lens.n=diamond")
+    ('lens.n', 'diamond')
+    """
+    key, equals, written = (part.strip() for part in text.partition("="))
+    if not equals or not key or not written:
+        raise study_error([f"--set {key_text(text)}: must be KEY=VALUE, such as lens.r=0.2"])
+    try:
+        value = tomllib.loads(f"value = {written}")
+    except (ValueError, RecursionError):
+        return key, written
+    return key, value["value"] if len(value) == 1 else written
+
+
+def _read_title(document: Mapping[str, Any], default: str, problems: list[str]) -> str:
+    title = document.get("title", default)
+    if not isinstance(title, str) or len(title) > _LONGEST_TITLE:
+        problems.append(f"title: must be a text of at most {_LONGEST_TITLE} characters, got {short(title)}")
+        return default
+    return title
+
+
+def _read_output(document: Mapping[str, Any], problems: list[str]) -> Output:
+    table = read_table(OutputTable, document, "output", problems.append)
+    return Output() if table is None else Output(format=table.format)
+
+
+def _check_keys(sweep: Sweep, scene: Scene, problems: list[str]) -> None:
+    """Report keys of the sweep that point nowhere, twice to one place, or to what no point can have."""
+    document = scene.document()
+    known = places(document)
+    _add_swept_parameters(known, sweep, document)
+    seen: dict[tuple[int, str, int | None], str] = {}
+    groups = [("sweep.axes", sweep.axes), *((f"sweep.zip[{i}]", group) for i, group in enumerate(sweep.zips))]
+    for at, group in groups:
+        for key, _ in group:
+            if not _check_key(at, key, known, document, problems):
+                continue
+            whole, own = known.get(whole_of(key) or ""), known[key]
+            if own.identity in seen or (whole is not None and whole.identity in seen):
+                other = seen.get(own.identity) or seen[whole.identity if whole is not None else own.identity]
+                problems.append(f"{at}.{key_text(key)}: varies already, by {other}; keep one of the two")
+            parts = [place.identity for name, place in known.items() if whole_of(name) == key]
+            for identity in parts:
+                if identity in seen:
+                    problems.append(f"{at}.{key_text(key)}: varies already in part, by {seen[identity]}")
+            seen[own.identity] = f"{at}.{key_text(key)}"
+    for place, point in enumerate(sweep.include):
+        for key in point:
+            _check_key(f"sweep.include[{place}]", key, known, document, problems)
+    for place, pattern in enumerate(sweep.exclude):
+        for key in pattern:
+            if key not in sweep.axis_keys():
+                listed = ", ".join(sweep.axis_keys()[:8]) or "none"
+                problems.append(f"sweep.exclude[{place}].{key_text(key)}: does not vary; the keys that do: {listed}")
+
+
+def _check_key(at: str, key: str, known: Mapping[str, Place], document: Mapping[str, Any], problems: list[str]) -> bool:
+    if never_swept(key) or key == "title" or key.split(".")[0] in ("output", "sweep"):
+        problems.append(f"{at}.{key_text(key)}: cannot vary from point to point")
+        return False
+    problem = key_problem(key, known, document)
+    if problem is not None:
+        problems.append(f"{at}.{problem}")
+    return problem is None
+
+
+def _add_swept_parameters(known: dict[str, Place], sweep: Sweep, document: dict[str, Any]) -> None:
+    """Add the parameters of surfaces that the sweep itself puts in: whether a point has them, the point will say."""
+    for key, values in ((key, axis.make()) for key, axis in _listed(sweep) if key.endswith(".surface")):
+        place = known.get(key)
+        for formula in values if place is not None else ():
+            if not isinstance(formula, str) or place is None:
+                continue
+            row = catalogue().get(formula)
+            names = NAME.findall(formula) if row is None and not is_catalogue_name(formula) else []
+            for name in names if row is None else [parameter.name for parameter in row.parameters]:
+                known.setdefault(f"{key.removesuffix('.surface')}.{name}", Place(place.table, name, None))
+
+
+def _listed(sweep: Sweep) -> Iterator[tuple[str, Any]]:
+    for key, axis in itertools.chain(sweep.axes, *sweep.zips):
+        if hasattr(axis, "values"):
+            yield key, axis
+
+
+def _check_points(study: Study) -> None:
+    """Raise for points that cannot be built: every value of every axis is tried in the first point that has it."""
+    if not study.axes:
+        return
+    seen: set[tuple[str, str]] = set()
+    problems: list[str] = []
+    built = 0
+    for point in itertools.islice(study.points(), _MOST_LOOKED_AT):
+        new = {(key, repr(value)) for key, value in point.values.items()} - seen
+        if not new:
+            continue
+        seen |= new
+        built += 1
+        try:
+            _ = point.scene
+        except StudyError as error:
+            problems += error.problems
+        if built >= _MOST_CHECKED:
+            break
+    if problems:
+        raise study_error(problems)
+
+
+def _find_images(scene: Scene, folder: Path) -> tuple[Path, ...]:
+    """Return the files that match `picture.images`, sorted, each once."""
+    patterns = scene.picture.images
+    found: set[Path] = set()
+    for pattern in [patterns] if isinstance(patterns, str) else patterns or ():
+        matches = glob.iglob(pattern, root_dir=folder)
+        for name in itertools.islice(matches, _MOST_IMAGES):
+            path = folder / name
+            if path.is_file():
+                found.add(path)
+    return tuple(sorted(found))
