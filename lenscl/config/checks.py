@@ -202,10 +202,9 @@ def check_index(value: Any) -> Material:
 def _formula(value: dict[str, Any]) -> Index:
     """Return the dispersion formula of a table with exactly one of its three keys."""
     if len(value) != 1 or next(iter(value)) not in _FORMULAS:
-        raise wrong(
-            "must be a number, a material's name, { sellmeier = [...] }, { cauchy = [...] } or "
-            f"{{ table = [[nm, n], ...] }}, got a table with {', '.join(short(key) for key in list(value)[:4]) or 'no keys'}"
-        )
+        formulas = "{ sellmeier = [...] }, { cauchy = [...] } or { table = [[nm, n], ...] }"
+        keys = ", ".join(short(key) for key in list(value)[:4]) or "no keys"
+        raise wrong(f"must be a number, a material's name, {formulas}, got a table with {keys}")
     kind, numbers = next(iter(value.items()))
     return _FORMULAS[kind](as_plain(numbers))
 

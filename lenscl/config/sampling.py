@@ -7,7 +7,7 @@ from typing import Any
 
 from lenscl.config.problems import study_error
 
-MOST_SHARES = 10_000_000  # samples times axes
+MOST_SHARES = 2_000_000  # samples times axes
 _ENGINES = {"latin": "LatinHypercube", "halton": "Halton", "sobol": "Sobol"}
 
 

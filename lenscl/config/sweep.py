@@ -21,6 +21,7 @@ from lenscl.config.tables import TOP_KEYS, SweepTable
 
 _SAME = 1e-9  # relative: 0.30000000000000004, as an axis computes it, is the 0.3 that a file excludes
 _MOST_AXES = 10_000
+_MOST_SPELLED = 10**15
 
 Group = tuple[tuple[str, Axis], ...]  # keys that vary together
 
@@ -121,7 +122,8 @@ def check_count(sweep: Sweep, report: Report) -> None:
     most = sweep.most()
     if most > sweep.max_points:
         fix = f"thin the axes or raise sweep.max_points (now {sweep.max_points})"
-        report(f"sweep.max_points: the sweep has {short(most)} points; {fix}")
+        count = str(most) if most <= _MOST_SPELLED else f"more than {_MOST_SPELLED}"
+        report(f"sweep.max_points: the sweep has {count} points; {fix}")
     elif sweep.mode != "grid" and sweep.samples * len(sweep.axes) > MOST_SHARES:
         report(f"sweep.samples: {sweep.samples} samples of {len(sweep.axes)} axes are more than {MOST_SHARES} values")
 
