@@ -19,7 +19,7 @@ from lenscl.expr.printing import spell, wrapped
 
 Precision = Literal["single", "double"]
 
-_INLINE = 72  # characters; a longer part gets a name of its own
+_INLINE = 88  # characters; in what is longer, the longest operand gets a name
 _LINE = 120
 _COMMENT = 72
 
@@ -28,6 +28,8 @@ bool char uchar short ushort int uint long ulong half float double quad real
 """
 _WORDS = """
 auto break case const constant continue default do else enum extern for global goto if inline kernel local private
+PASTE PASTE_ LANES VW REAL MASK REAL_MAX NUMBER NAN INFINITY MAXFLOAT HUGE_VAL HUGE_VALF
+store_lanes load_lanes to_bytes from_bytes
 read_only read_write register restrict return signed sizeof static struct switch typedef uniform union unsigned void
 volatile while pipe complex imaginary image2d_t event_t sampler_t size_t ptrdiff_t intptr_t uintptr_t maskv mask
 any_lane true false
@@ -147,7 +149,7 @@ class _Writer:
         self._formula: dict[Expr, tuple[str, int]] = {}  # in the symbols alone, as long as that is short
         self._brief: dict[Expr, tuple[str, int]] = {}  # with the names of temporaries
         self._statements: list[str] = []
-        self._taken = set(RESERVED_WORDS) | {"VW", "REAL", "MASK"} | set(OPERATIONS)
+        self._taken = set(RESERVED_WORDS) | set(OPERATIONS)
         for spelled in symbols.values():
             self._taken.update(re.findall(r"\w+", spelled))
         self._count: Counter[str] = Counter()
@@ -167,13 +169,14 @@ class _Writer:
         for each in self._order:
             self._on_lanes[each] = each.name in self._lane_names or any(self._on_lanes[arg] for arg in each.args)
             self._text[each] = self._spell(each)
+            while len(self._text[each][0]) > _INLINE and (long := self._longest_operand(each)) is not None:
+                self._declare(long)
+                self._text[each] = self._spell(each)
             self._formula[each], self._brief[each] = self._say(each, self._formula), self._say(each, self._brief)
-            if each in self._named or (each.args and len(self._text[each][0]) > _INLINE):
+            if each in self._named:
                 self._declare(each)
         results = {
-            name: self._text[expr][0]
-            if self._on_lanes[expr] or not self._lane_names
-            else f"(realv)({self._text[expr][0]})"
+            name: self._text[expr][0] if self._on_lanes[expr] or not self._lane_names else self._widened(expr)
             for name, expr in self._outputs.items()
         }
         return CText(tuple(self._statements), results)
@@ -181,7 +184,7 @@ class _Writer:
     def _spell(self, each: Expr) -> tuple[str, int]:
         if each.op == "number":
             assert each.value is not None
-            return spell_number(each.value, self._precision), NEGATION if each.value < 0.0 else ATOM
+            return spell_number(each.value, self._precision), PRODUCT if each.value < 0.0 else ATOM
         if each.op == "symbol":
             return self._symbols[str(each.name)], ATOM
         row = OPERATIONS[each.op]
@@ -191,10 +194,20 @@ class _Writer:
         parts = [
             wrapped(*self._text[arg], needed)
             if arithmetic or self._on_lanes[arg] or not self._on_lanes[each]
-            else f"(realv)({self._text[arg][0]})"  # functions and ?: take operands of one type only
+            else self._widened(arg)  # functions and ?: take operands of one type only
             for arg, needed in zip(each.args, needs, strict=True)
         ]
-        return row.c.format(*parts, zero=spell_number(0.0, self._precision)), level
+        kind = "realv" if self._on_lanes[each] else "real"
+        return row.c.format(*parts, zero=spell_number(0.0, self._precision), nan=f"({kind})(NAN)"), level
+
+    def _widened(self, each: Expr) -> str:
+        """Spell a scalar as a value for every lane."""
+        return f"(realv){wrapped(*self._text[each], ATOM)}"
+
+    def _longest_operand(self, each: Expr) -> Expr | None:
+        """Return the operand that is worth a name: the longest that is not a name, a number or the like."""
+        operands = [arg for arg in each.args if arg.args and not re.fullmatch(r"[\w.]+", self._text[arg][0])]
+        return max(operands, key=lambda arg: len(self._text[arg][0]), default=None)
 
     def _say(self, each: Expr, said: Mapping[Expr, tuple[str, int]]) -> tuple[str, int]:
         """Spell a node for people, from its operands as they stood before powers became products."""

@@ -239,10 +239,11 @@ _ROWS: tuple[Operation, ...] = (
         rounding=lambda np, w, u, v, eu, ev: np.maximum(eu, ev),
     ),
     _function(
-        "max", 2, stem="greatest", named=True, c_level=CHOICE, c_needs=(SUM, SUM), c="{1} < {0} ? {0} : {1}",
-        evaluate=lambda np, u, v: np.where(v < u, u, v),
-        derivative=lambda w, u, v, du, dv: _where(v, u, du, dv),
-        interval=lambda iv, u, v: iv.negate(iv.least(iv.negate(u), iv.negate(v))),
+        "max", 2, stem="greatest", named=True, c_level=CHOICE, c_needs=(SUM, SUM), c="{0} < {1} ? {1} : {0}",
+        # u where they are equal, where min takes v: so min + max = u + v, and their derivatives too
+        evaluate=lambda np, u, v: np.where(u < v, v, u),
+        derivative=lambda w, u, v, du, dv: _where(u, v, dv, du),
+        interval=lambda iv, u, v: iv.negate(iv.least(iv.negate(v), iv.negate(u))),
         rounding=lambda np, w, u, v, eu, ev: np.maximum(eu, ev),
     ),
     _function(
@@ -302,7 +303,8 @@ _ROWS: tuple[Operation, ...] = (
         interval=lambda iv, u, v: iv.distance(u, v),
     ),
     _function(
-        "pow", 2, stem="pow", c="powr({}, {})",
+        "pow", 2, stem="pow", named=True, c_level=CHOICE, c_needs=(SUM, FREE),
+        c="{0} < {zero} ? {nan} : pow({0}, {1})",  # not powr: it is NaN for 0^0
         evaluate=lambda np, u, p: np.where(u >= 0.0, np.power(u, p), np.nan),
         derivative=lambda w, u, p, du, dp: (
             p * build("pow", u, p - 1.0) * du if dp is ZERO else w * (dp * build("log", u) + p * du / u)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lenscl.expr.graph import Expr, walk
-from lenscl.expr.operations import ATOM, NEGATION, OPERATIONS
+from lenscl.expr.operations import ATOM, OPERATIONS, PRODUCT
 
 MAX_TEXT = 2000  # characters; a graph's text can be exponentially longer than the graph
 
@@ -22,7 +22,7 @@ def spell(each: Expr, text: Mapping[Expr, tuple[str, int]]) -> tuple[str, int]:
     """Spell one node from the spelling of its operands, with how tightly each binds."""
     if each.op == "number":
         assert each.value is not None
-        return number_text(each.value), NEGATION if each.value < 0.0 else ATOM
+        return number_text(each.value), PRODUCT if each.value < 0.0 else ATOM
     if each.op == "symbol":
         return str(each.name), ATOM
     row = OPERATIONS[each.op]

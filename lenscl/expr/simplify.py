@@ -148,6 +148,11 @@ def _plus_negative(u: Expr, v: Expr) -> Expr | None:
     return None if positive is None else build("-", u, positive)
 
 
+def _negative_plus(u: Expr, v: Expr) -> Expr | None:
+    positive = None if u.value is not None else _negated_lead(u)
+    return None if positive is None else build("-", v, positive)
+
+
 def _minus_negative(u: Expr, v: Expr) -> Expr | None:
     positive = _negated_lead(v)
     return None if positive is None else build("+", u, positive)
@@ -163,7 +168,7 @@ _TABLE: tuple[Rule, ...] = (
     Rule("+", "u + 0 = u", lambda u, v: u if v is ZERO else None),
     Rule("+", "u + u = 2 u", lambda u, v: _scaled(2.0, u) if u is v else None),
     Rule("+", "u + (-v) = u - v", _plus_negative),
-    Rule("+", "-u + v = v - u", lambda u, v: v - u.args[0] if u.op == "neg" else None),
+    Rule("+", "-u + v = v - u, -c u + v = v - c u", _negative_plus),
     Rule("-", "number - number", lambda u, v: _folded(u, v, by=lambda a, b: a - b)),
     Rule("-", "u - 0 = u", lambda u, v: u if v is ZERO else None),
     Rule("-", "0 - u = -u", lambda u, v: -v if u is ZERO else None),

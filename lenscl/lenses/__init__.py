@@ -1,0 +1,9 @@
+"""The lenses: solids F(x, y, z) <= 0 with parameters, bounding boxes and sources; and those that users write."""
+
+from __future__ import annotations
+
+from lenscl.lenses.catalogue import catalogue, surface
+from lenscl.lenses.surface import Box, Parameter, Surface, Vec3
+from lenscl.lenses.user import user_surface
+
+__all__ = ["Box", "Parameter", "Surface", "Vec3", "catalogue", "surface", "user_surface"]

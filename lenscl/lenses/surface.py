@@ -1,0 +1,126 @@
+"""What a surface is: an implicit function with parameters, its bounding box and its rules."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+from lenscl.expr import Expr, digest
+
+Vec3 = tuple[float, float, float]
+Box = tuple[Vec3, Vec3]  # lowest and highest corner, lens-local coordinates
+Values = Mapping[str, float]
+Problem = tuple[str, str]  # the key of the lens table, what is wrong
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """A number that shapes a surface.
+
+    Attributes
+    ----------
+    name : str
+        As it stands in the lens table and in the expression; case matters.
+    default : float
+        Its value where none is given.
+    low, high : float
+        The range, ends included, but `low` not when `low_open`.
+    meaning : str
+        What it is, in a few words.
+    """
+
+    name: str
+    default: float
+    low: float
+    high: float
+    low_open: bool = False
+    meaning: str
+
+    def problem(self, value: float) -> str | None:
+        """Say what is wrong with a value, or None."""
+        if not math.isfinite(value):
+            return f"must be a finite number, got {value!r}"
+        if value > self.high or value < self.low or (self.low_open and value == self.low):
+            return f"must be {self.range_text()}, got {value!r}"
+        return None
+
+    def range_text(self) -> str:
+        """Say the range, as in `more than 0 and at most 2`."""
+        low = f"more than {self.low:g}" if self.low_open else f"at least {self.low:g}"
+        return f"{low} and at most {self.high:g}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Surface:
+    """A solid F(x, y, z) <= 0 in lens-local coordinates; F < 0 inside, its gradient points outward.
+
+    Attributes
+    ----------
+    name : str
+        Its name in the catalogue, or `"expression"` for a user's own.
+    expression : Expr
+        F in x, y, z and the parameters, in its best-conditioned form.
+    parameters : tuple of Parameter
+    summary, formula, source : str
+        One line on it; the formula as printed in books (a user's expression as written); where that comes from.
+    extent : callable
+        From the parameters' values to the tight box of F <= 0; see `box`.
+    promised : Box or None
+        For a user's expression the bounds that were given with it.
+    """
+
+    name: str
+    expression: Expr
+    parameters: tuple[Parameter, ...] = ()
+    summary: str
+    formula: str
+    source: str
+    extent: Callable[[Values], Box] | None = None
+    promised: Box | None = None
+
+    @property
+    def key(self) -> str:
+        """Identity of the structure: surfaces of equal keys have the same generated code."""
+        if self.promised is None:
+            return self.name
+        names = " ".join(parameter.name for parameter in self.parameters)
+        return f"{self.name}_{hashlib.sha256(f'{digest(self.expression)} {names}'.encode()).hexdigest()[:16]}"
+
+    def box(self, values: Values) -> Box:
+        """Return the smallest box that holds F <= 0, for these parameter values, in local coordinates.
+
+        A catalogue surface's is widened by 1e-6 of its size, more than the rounding of single precision, so that no
+        point of the surface lies on a face. A user's is as promised.
+        """
+        if self.promised is not None:
+            return self.promised
+        assert self.extent is not None
+        low, high = self.extent(values)
+        margin = 1e-6 * max(b - a for a, b in zip(low, high, strict=True))
+        return _moved(low, -margin), _moved(high, margin)
+
+    def problems(self, values: Values) -> Iterator[Problem]:
+        """Yield (key, what is wrong) for every rule that the values break.
+
+        Keys are parameter names, or `bounds` where F <= 0 is found on a face of a user's bounds: a solid that reaches
+        out of them would be cut off without a surface there.
+        """
+        broken = False
+        for parameter in self.parameters:
+            wrong = parameter.problem(values[parameter.name])
+            if wrong is not None:
+                broken = True
+                yield parameter.name, wrong
+        if self.promised is not None and not broken:
+            from lenscl.lenses.faces import face_problem  # numpy, which reading a study need not wait for
+
+            wrong = face_problem(self.expression, values, self.promised)
+            if wrong is not None:
+                yield "bounds", wrong
+
+
+def _moved(corner: Vec3, by: float) -> Vec3:
+    x, y, z = corner
+    return x + by, y + by, z + by
