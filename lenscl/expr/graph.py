@@ -75,7 +75,7 @@ class Expr:
     __repr__ = __str__
 
     def __reduce__(self) -> tuple[object, ...]:
-        return _intern, (self.op, self.args, self.value, self.name)
+        return _rebuilt, (listing(self),)  # flat: a deep graph needs no deep stack
 
 
 _nodes: WeakValueDictionary[tuple[object, ...], Expr] = WeakValueDictionary()
@@ -146,12 +146,26 @@ def walk(roots: Iterable[Expr]) -> Iterator[Expr]:
                 stack.extend((arg, False) for arg in reversed(each.args))
 
 
-def digest(expr: Expr) -> str:
-    """Name the structure: equal for the same graph in any process, different for another one."""
+Row = tuple[str, tuple[int, ...], float | None, str | None]  # op, places of the operands, value, name
+
+
+def listing(expr: Expr) -> tuple[Row, ...]:
+    """List the nodes, operands first, each with the places of its operands in the list."""
     place: dict[Expr, int] = {}
-    text = hashlib.sha256()
+    rows = []
     for each in walk([expr]):
         place[each] = len(place)
-        detail = each.name if each.value is None else each.value.hex()
-        text.update(f"{each.op} {detail} {[place[arg] for arg in each.args]}\n".encode())
-    return text.hexdigest()[:16]
+        rows.append((each.op, tuple(place[arg] for arg in each.args), each.value, each.name))
+    return tuple(rows)
+
+
+def _rebuilt(rows: tuple[Row, ...]) -> Expr:
+    made: list[Expr] = []
+    for op, places, value, name in rows:
+        made.append(_intern(op, tuple(made[place] for place in places), value, name))
+    return made[-1]
+
+
+def digest(expr: Expr) -> str:
+    """Name the structure: equal for the same graph in any process, different for another one."""
+    return hashlib.sha256(repr(listing(expr)).encode()).hexdigest()[:16]

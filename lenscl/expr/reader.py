@@ -1,18 +1,19 @@
 """Read an expression from text, by a whitelist on Python's syntax tree. Nothing is ever evaluated as code.
 
-Text goes through three gates, each pointing at the column that stops it: the characters and the nesting, checked before
-Python's parser sees anything; Python's parser; and the walk over its tree, which knows numbers, given names, arithmetic
-and the functions of the table, and refuses the rest.
+Text goes through three gates, each pointing at the column that stops it: the characters, words and nesting, checked
+before Python's parser sees anything; Python's parser; and the walk over its tree, which knows numbers, given names,
+arithmetic and the functions of the table, and refuses the rest.
 """
 
 from __future__ import annotations
 
 import ast
 import difflib
+import keyword
 import math
 import re
-import warnings
 from collections.abc import Collection
+from functools import reduce
 
 from lenscl.errors import ExpressionError
 from lenscl.expr.graph import MAX_POWER, Expr, build, number, symbol, walk
@@ -26,6 +27,8 @@ _ALLOWED = re.compile(r"[A-Za-z0-9_.,()+\-*/^ \t\r\n]*")
 _TOKEN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|\*\*|[^\s]")
 _NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _BINARY: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "pow"}
+_CHAINED = ("min", "max")  # of two operands or more
+_TOO_MANY = f"an expression may have at most {MAX_NODES} parts; split the solid"
 _ADVICE = {
     "−": "write the minus sign as -",
     "–": "write the minus sign as -",
@@ -80,57 +83,71 @@ def _gate(text: str) -> list[int]:
         found = text[column]
         advice = _ADVICE.get(found, "allowed are numbers, names, ( ) , and + - * / ^")
         raise ExpressionError(f"unexpected {found!a}; {advice}", text, column)
-    _check_nesting(text)
+    _check_tokens(text)
     columns = [0]  # of the bracket that is put around the text
     for column, character in enumerate(text):
         columns += [column, column] if character == "^" else [column]
     return [*columns, len(text)]
 
 
-def _check_nesting(text: str) -> None:
-    """Check that brackets match, and bound how deep Python's parser must go: brackets, powers and signs."""
+def _check_tokens(text: str) -> None:
+    """Refuse words that are no arithmetic, and bound how deep Python's parser must go: brackets, powers, signs."""
     opened: list[int] = []
-    pending = 0  # signs and powers since the last operand or bracket
-    tokens = 0
-    chain = [0]  # powers in a row, for each open bracket
+    powers = [0]  # in a row, for each open bracket
+    signs = parts = 0
+    before = ""  # the last token: "name", "value" (a number or a closing bracket) or an operator
     for match in _TOKEN.finditer(text):
         token, column = match.group(), match.start()
-        tokens += token not in "(),"
-        if tokens > 2 * MAX_NODES:
-            raise ExpressionError(f"an expression may have at most {MAX_NODES} parts; split the solid", text, column)
-        pending = pending + 1 if token in ("+", "-") else 0
+        kind = "name" if token[0].isalpha() or token[0] == "_" else "value" if token[0] in ".0123456789" else token
+        if token in keyword.kwlist:
+            raise ExpressionError(f"{token!r} is not allowed; only arithmetic and functions are", text, column)
+        if token == ".":
+            raise ExpressionError("attributes (a name after a point) are not allowed", text, column)
+        if before in ("name", "value") and (kind in ("name", "value") or (kind == "(" and before == "value")):
+            raise ExpressionError("an operator is missing before this; write products as *", text, column)
+        if kind == "value":
+            _check_number(token, text, column)
+        parts += token not in ("(", ")", ",")
+        signs = signs + 1 if token in ("+", "-") else 0
         if token == "(":
             opened.append(column)
-            chain.append(0)
+            powers.append(0)
         elif token == ")":
             if not opened:
                 raise ExpressionError("this bracket was never opened", text, column)
             opened.pop()
-            chain.pop()
+            powers.pop()
         elif token in ("^", "**"):
-            chain[-1] += 1
+            powers[-1] += 1
         elif token in (",", "*", "/"):
-            chain[-1] = 0
-        if len(opened) > MAX_DEPTH or pending > MAX_DEPTH or sum(chain) > MAX_DEPTH:
+            powers[-1] = 0
+        if parts > 2 * MAX_NODES:
+            raise ExpressionError(_TOO_MANY, text, column)
+        if len(opened) > MAX_DEPTH or signs > MAX_DEPTH or powers[-1] > MAX_DEPTH:
             raise ExpressionError(f"nested more than {MAX_DEPTH} deep", text, column)
+        before = "value" if token == ")" else kind
     if opened:
         raise ExpressionError("this bracket is never closed", text, opened[-1])
 
 
+def _check_number(token: str, text: str, column: int) -> None:
+    if not _NUMBER.fullmatch(token):
+        raise ExpressionError("a number is written like 2, 0.5 or 1e-3", text, column)
+    if not math.isfinite(float(token)):
+        raise ExpressionError("this number is too large for double precision (1.8e308)", text, column)
+
+
 class _Reader:
-    """The walk over the tree. Chains of operators are read in a loop, so only brackets and powers go deeper."""
+    """The walk over the tree, in a loop: how deep a text may go does not depend on the caller's stack."""
 
     def __init__(self, text: str, columns: list[int], symbols: Collection[str]) -> None:
         self._text, self._columns = text, columns
         self._symbols = symbols
-        self._parts = 0
 
     def read(self) -> Expr:
         source = "(" + re.sub(r"[\t\r\n]", " ", self._text).replace("^", "**") + ")"
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error")  # Python only warns of "2and"
-                tree = ast.parse(source, mode="eval")
+            tree = ast.parse(source, mode="eval")
         except SyntaxError as fault:
             column = self._columns[min(max((fault.offset or 1) - 1, 0), len(self._columns) - 1)]
             raise ExpressionError("this does not read as an expression", self._text, column) from None
@@ -138,59 +155,88 @@ class _Reader:
             raise ExpressionError("too deeply nested or too long; split the solid", self._text, 0) from None
         expr = self._value(tree.body)
         if sum(1 for _ in walk([expr])) > MAX_NODES:
-            raise ExpressionError(f"an expression may have at most {MAX_NODES} parts; split the solid", self._text, 0)
+            raise ExpressionError(_TOO_MANY, self._text, 0)
         return expr
 
+    def _value(self, root: ast.expr) -> Expr:
+        parts = 0
+        made: list[Expr] = []
+        stack: list[tuple[ast.expr, int | None]] = [(root, None)]
+        while stack:
+            tree, count = stack.pop()
+            if count is not None:
+                args = made[len(made) - count :]
+                made[len(made) - count :] = [self._made(tree, args)]
+                continue
+            parts += 1
+            if parts > MAX_NODES:
+                raise self._refuse(tree, _TOO_MANY)
+            operands = self._operands(tree)
+            stack.append((tree, len(operands)))
+            stack.extend((operand, None) for operand in reversed(operands))
+        return made[0]
+
     def _refuse(self, at: ast.expr, message: str) -> ExpressionError:
-        return ExpressionError(message, self._text, self._column(at))
+        return ExpressionError(message, self._text, self._columns[min(at.col_offset, len(self._columns) - 1)])
 
-    def _column(self, at: ast.expr) -> int:
-        return self._columns[min(at.col_offset, len(self._columns) - 1)]
-
-    def _value(self, tree: ast.expr) -> Expr:
-        spine: list[ast.BinOp] = []
-        while isinstance(tree, ast.BinOp) and not isinstance(tree.op, ast.Pow):
-            spine.append(tree)
-            tree = tree.left
-        value = self._single(tree)
-        for each in reversed(spine):
-            value = self._binary(each, value, self._value(each.right))
-        return value
-
-    def _single(self, tree: ast.expr) -> Expr:
-        self._parts += 1
-        if self._parts > MAX_NODES:
-            raise self._refuse(tree, f"an expression may have at most {MAX_NODES} parts; split the solid")
+    def _operands(self, tree: ast.expr) -> list[ast.expr]:
+        """Return the operands of a node that is allowed."""
         match tree:
-            case ast.Constant():
-                return self._number(tree)
-            case ast.Name():
-                return self._name(tree)
-            case ast.UnaryOp(op=ast.USub()):
-                return -self._value(tree.operand)
-            case ast.UnaryOp(op=ast.UAdd()):
-                return self._value(tree.operand)
-            case ast.BinOp(op=ast.Pow()):
-                return self._binary(tree, self._value(tree.left), self._value(tree.right))
+            case ast.Constant() | ast.Name():
+                return []
+            case ast.UnaryOp(op=ast.USub() | ast.UAdd()):
+                return [tree.operand]
+            case ast.BinOp():
+                if type(tree.op) not in _BINARY:
+                    raise self._refuse(tree.right, "this operator is not allowed; use + - * / ^")
+                return [tree.left, tree.right]
             case ast.Call():
-                return self._call(tree)
-            case ast.Attribute():
-                raise self._refuse(tree, "attributes (a name after a point) are not allowed")
+                self._check_call(tree)
+                return tree.args
             case ast.Tuple():
                 raise self._refuse(tree, "a comma may only stand between the operands of a function")
             case _:
                 raise self._refuse(tree, "only numbers, names, arithmetic and functions are allowed")
 
+    def _check_call(self, tree: ast.Call) -> None:
+        if not isinstance(tree.func, ast.Name):
+            raise self._refuse(tree.func, "only a function's name may stand before a bracket; write products as *")
+        name = tree.func.id
+        if name in self._symbols:
+            raise self._refuse(tree.func, f"{name!r} is a value, not a function; write products as *")
+        if name not in FUNCTIONS:
+            raise self._refuse(tree.func, f"unknown function {name!r}; {_nearest(name, FUNCTIONS)}")
+        if tree.keywords or any(isinstance(each, ast.Starred) for each in tree.args):
+            raise self._refuse(tree, f"{name} takes plain operands only")
+        arity, given = OPERATIONS[name].arity, len(tree.args)
+        many = name in _CHAINED
+        if (given < arity) if many else (given != arity):
+            wanted = f"{arity} or more operands" if many else f"{arity} operand{'s' * (arity > 1)}"
+            raise self._refuse(tree, f"{name} takes {wanted}, got {given}")
+
+    def _made(self, tree: ast.expr, args: list[Expr]) -> Expr:
+        match tree:
+            case ast.Constant():
+                return self._number(tree)
+            case ast.Name():
+                return self._name(tree)
+            case ast.UnaryOp():
+                return -args[0] if isinstance(tree.op, ast.USub) else args[0]
+            case ast.BinOp():
+                return self._built(tree.right, _BINARY[type(tree.op)], args[0], args[1])
+            case ast.Call(func=ast.Name(id=name)) if name in _CHAINED:
+                return reduce(lambda u, v: build(name, u, v), args)
+            case ast.Call(func=ast.Name(id=name)):
+                return self._built(tree.args[-1], name, *args)
+        raise AssertionError(f"an operation that passed the whitelist cannot be built: {ast.dump(tree)[:80]}")
+
     def _number(self, tree: ast.Constant) -> Expr:
-        # From the text itself: Python's own value may be an integer of any size
+        # From the text: Python's own value may be an integer of any size, True or an ellipsis
         start, end = tree.col_offset, tree.end_col_offset or 0
         spelled = self._text[self._columns[start] : self._columns[min(end, len(self._columns) - 1)]].strip()
         if not _NUMBER.fullmatch(spelled):
-            raise self._refuse(tree, "only decimal numbers are allowed, such as 2, 0.5 or 1e-3")
-        value = float(spelled)
-        if not math.isfinite(value):
-            raise self._refuse(tree, "this number is too large for double precision (1.8e308)")
-        return number(value)
+            raise self._refuse(tree, "a number is written like 2, 0.5 or 1e-3")
+        return number(float(spelled))
 
     def _name(self, tree: ast.Name) -> Expr:
         if tree.id in self._symbols:
@@ -199,49 +245,23 @@ class _Reader:
             raise self._refuse(tree, f"{tree.id} is a function: write {tree.id}(...)")
         raise self._refuse(tree, f"unknown name {tree.id!r}; {_nearest(tree.id, self._symbols)}")
 
-    def _binary(self, tree: ast.BinOp, left: Expr, right: Expr) -> Expr:
-        op = _BINARY.get(type(tree.op))
-        if op is None:
-            raise self._refuse(tree.right, "this operator is not allowed; use + - * / ^")
-        return self._built(tree.right, op, left, right)
-
     def _built(self, at: ast.expr, op: str, *args: Expr) -> Expr:
-        """Build a node, unless it is a constant with no finite value or a power beyond the limit."""
+        """Build a node, unless it is a constant without a finite value or a power beyond the limit."""
+        constant = all(each.value is not None for each in args)
         if op == "/" and args[1].value == 0.0:
             raise self._refuse(at, "division by zero")
+        whole = False
         if op == "pow" and args[1].value is not None:
             exponent = args[1].value
-            if exponent == int(exponent) and abs(exponent) > MAX_POWER:
+            whole = exponent == int(exponent)
+            if whole and abs(exponent) > MAX_POWER:
                 raise self._refuse(at, f"whole exponents go from -{MAX_POWER} to {MAX_POWER}")
             if args[0].value == 0.0 and exponent < 0.0:
                 raise self._refuse(at, "division by zero")
         made = build(op, *args)
-        if op in ("+", "-", "*", "/", "pow") and made.value is None and all(each.value is not None for each in args):
-            whole = op != "pow" or made.op != "pow"
-            if whole:
-                raise self._refuse(at, "this constant has no finite value in double precision")
+        if constant and made.value is None and (whole or op in ("+", "-", "*", "/")):
+            raise self._refuse(at, "this constant has no finite value in double precision")
         return made
-
-    def _call(self, tree: ast.Call) -> Expr:
-        if not isinstance(tree.func, ast.Name):
-            raise self._refuse(tree.func, "only a function's name may stand before a bracket; write products as *")
-        name = tree.func.id
-        if name not in FUNCTIONS:
-            what = "a value, not a function; write products as *" if name in self._symbols else "no known function"
-            raise self._refuse(tree.func, f"{name!r} is {what}; {_nearest(name, FUNCTIONS)}")
-        if tree.keywords or any(isinstance(each, ast.Starred) for each in tree.args):
-            raise self._refuse(tree, f"{name} takes plain operands only")
-        arity, given = OPERATIONS[name].arity, len(tree.args)
-        many = name in ("min", "max")
-        if (given < arity) if many else (given != arity):
-            wanted = f"{arity} or more operands" if many else f"{arity} operand{'s' * (arity > 1)}"
-            raise self._refuse(tree, f"{name} takes {wanted}, got {given}")
-        args = [self._value(each) for each in tree.args]
-        self._parts += 1
-        value = self._built(tree, name, *args[:arity])
-        for each in args[arity:]:
-            value = build(name, value, each)
-        return value
 
 
 def _nearest(name: str, known: Collection[str]) -> str:

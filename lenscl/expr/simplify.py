@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import reduce
 
 from lenscl.expr.graph import MAX_POWER, Expr, build, node, number
 
@@ -43,30 +44,44 @@ def _lead(u: Expr) -> float:
     return 1.0 if u.value is None else u.value
 
 
+def _times(u: Expr, v: Expr) -> Expr:
+    return build("*", u, v)
+
+
+def _factors(u: Expr) -> tuple[Expr, list[Expr]]:
+    """Split a product into its head and the factors after it, in a loop: products may be thousands long."""
+    factors = []
+    while u.op == "*":
+        u, factor = u.args
+        factors.append(factor)
+    return u, factors[::-1]
+
+
 def _scaled(factor: float, u: Expr) -> Expr:
     """Multiply by a number, at the head of the product."""
-    if u.value is not None:
-        return number(factor * u.value)
-    if u.op == "*":
-        return build("*", _scaled(factor, u.args[0]), u.args[1])
-    if factor in (0.0, 1.0, -1.0):
-        return {0.0: ZERO, 1.0: u, -1.0: build("neg", u)}[factor]
-    return node("*", number(factor), u)
+    head, factors = _factors(u)
+    if head.value is not None:
+        return reduce(_times, factors, number(factor * head.value))
+    if factor == 1.0:
+        return u
+    if factor == -1.0:
+        return node("neg", u)
+    return reduce(_times, factors, node("*", number(factor), head))
 
 
 def _rest(u: Expr) -> Expr:
     """Return a product without the number at its head."""
-    if u.value is not None:
-        return ONE
-    if u.op == "*":
-        head = _rest(u.args[0])
-        return u.args[1] if head is ONE else build("*", head, u.args[1])
-    return u
+    head, factors = _factors(u)
+    if head.value is None:
+        return u
+    return reduce(_times, factors, ONE)
 
 
 def _merged(u: Expr, v: Expr) -> Expr | None:
+    if v.value is None and _lead(v) == 1.0:
+        return None  # looked at first, so that long products are built in linear time
     factor = _lead(u) * _lead(v)
-    if not math.isfinite(factor) or factor == 0.0 or (v.value is None and _lead(v) == 1.0):
+    if not math.isfinite(factor) or factor == 0.0:
         return None
     if u.value is not None and v.op != "*":
         return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import keyword
 import re
 from collections.abc import Collection
 
@@ -63,8 +64,8 @@ def _name_problem(name: str) -> str | None:
         return "this is a function; give it another name"
     if name in LENS_TABLE_KEYS:
         return "this is a key of the lens table; give it another name"
-    if name in RESERVED_WORDS:
-        return "this word means something in OpenCL C; give it another name"
+    if name in RESERVED_WORDS or keyword.iskeyword(name):
+        return "this word means something in OpenCL C or in Python; give it another name"
     if not _NAME.fullmatch(name):
         return "a name is a letter, then at most 39 letters, digits or _"
     return None
