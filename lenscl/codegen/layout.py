@@ -63,7 +63,9 @@ class Layout:
         structs = {member.struct.c_name: member.struct for member in self.members if member.struct}
         lines = [_line(f"{m.struct.c_name if m.struct else 'real'} {m.name};", m.comment) for m in self.members]
         body = "\n".join(lines)
-        return "\n".join(struct.declare() for struct in structs.values()) + f"\ntypedef struct {{\n{body}\n}} scene_t;\n"
+        return (
+            "\n".join(struct.declare() for struct in structs.values()) + f"\ntypedef struct {{\n{body}\n}} scene_t;\n"
+        )
 
     def slots(self) -> Iterator[tuple[str, int]]:
         """Yield (path, numbers) for every slot in order, such as ("film.corner", 3)."""

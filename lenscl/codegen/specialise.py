@@ -97,7 +97,9 @@ _SOURCES = {
             Slot("on", 1, "number of the lens on whose surface it lies, or -1"),
         ),
     ),
-    "parallel": Struct("source_t", (Slot("direction", 3, "unit"), Slot("plane", 1, "rays start at direction . p = plane"))),
+    "parallel": Struct(
+        "source_t", (Slot("direction", 3, "unit"), Slot("plane", 1, "rays start at direction . p = plane"))
+    ),
     "given": Struct("source_t", (EMPTY,)),
 }
 _PICTURE = Struct(

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from textwrap import shorten
 from typing import Literal
 
 from lenscl.codegen.specialise import parameter_spelling
 from lenscl.expr import Expr, c_text, gradient
 from lenscl.lenses import Surface
+
+_COMMENT = 100  # characters of a formula that a comment shows
 
 
 def surface_functions(prefix: str, surface: Surface, precision: Literal["single", "double"]) -> str:
@@ -37,9 +40,14 @@ def surface_functions(prefix: str, surface: Surface, precision: Literal["single"
     make = "const real3v g = {{(realv)({df_dx}), (realv)({df_dy}), (realv)({df_dz})}};\nreturn g;"
     return "\n".join(
         (
-            f"// {prefix}: {surface.formula}; negative inside",
+            f"// {prefix}: {_described(surface)}; negative inside",
             function(f"realv {prefix}_f({point})", f, "return {f};"),
             function(f"realv {prefix}_f_gradient({point}, real3v *g)", f | slopes, f"{store}\nreturn {{f}};"),
             function(f"real3v {prefix}_gradient({point})", slopes, make),
         )
     )
+
+
+def _described(surface: Surface) -> str:
+    """Return a surface's formula for a comment; a user's own text stays out, for it may hold line ends."""
+    return shorten(surface.formula if surface.name != "expression" else str(surface.expression), _COMMENT)

@@ -33,7 +33,10 @@ def problems() -> Iterator[tuple[str, str]]:
     if find_spec("pyopencl") is None:
         yield "pyopencl is not installed", "pip install pyopencl"
     if find_spec("pocl_binary_distribution") is not None and shutil.which("ld") is None:
-        yield "no linker `ld` on PATH, without which PoCL aborts the process", "apt-get install binutils (or put ld on PATH)"
+        yield (
+            "no linker `ld` on PATH, without which PoCL aborts the process",
+            "apt-get install binutils (or put ld on PATH)",
+        )
     folder = cache_folder()
     if (trouble := _cannot_write(folder)) is not None:
         yield (

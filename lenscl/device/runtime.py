@@ -170,7 +170,9 @@ class _Session:
             properties = cl.command_queue_properties.PROFILING_ENABLE
             self.queue = cl.CommandQueue(self.context, properties=properties)
         except cl.Error as error:
-            raise NoDeviceError(f"{device.label}: the driver refuses a context: {error}; try `lenscl doctor`") from error
+            raise NoDeviceError(
+                f"{device.label}: the driver refuses a context: {error}; try `lenscl doctor`"
+            ) from error
         self.programs: dict[tuple[str, tuple[str, ...]], Program] = {}
 
     def build(self, text: str, options: Sequence[str]) -> Any:

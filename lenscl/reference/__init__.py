@@ -1,9 +1,9 @@
 """The slow, plain float64 twin of every kernel step: what tests compare the kernels against.
 
-Input: a `Scene`. Output: `Paths`, the same facts as a ray map. Each step is a function of its own, written in another way
-than its kernel wherever there is one (bisection for Newton, a linear solve for the dual vectors, the textbook's form of
-Snell's law), so that a fault in one is not a fault in both. `Steps` holds them; a test can put a fault into one and see
-that it is caught.
+Input: a `Scene`. Output: `Paths`, the same facts as a ray map. Each step is a function of its own, written in another
+way than its kernel wherever there is one (bisection for Newton, a linear solve for the dual vectors, the textbook's
+form of Snell's law), so that a fault in one is not a fault in both. `Steps` holds them; a test can put a fault into one
+and see that it is caught.
 """
 
 from __future__ import annotations

@@ -24,8 +24,8 @@ def land(origin: Array, direction: Array, picture: Picture) -> tuple[Array, NDAr
     status = np.full(len(origin), RayStatus.BEHIND, dtype=np.uint8)
     solvable = np.flatnonzero(np.linalg.det(matrix))
     solved = np.linalg.solve(matrix[solvable], (origin[solvable] - picture.corner)[:, :, None])[:, :, 0]
-    meets = (solved[:, 2] > 0) & (np.abs(solved[:, :2]) <= _FARTHEST).all(axis=1)
-    within = ((solved[:, :2] >= 0) & (solved[:, :2] < 1)).all(axis=1)
+    meets = (solved[:, 2] > 0) & np.all(np.abs(solved[:, :2]) <= _FARTHEST, axis=1)
+    within = np.all((solved[:, :2] >= 0) & (solved[:, :2] < 1), axis=1)
     st[solvable[meets]] = solved[meets, :2]
     status[solvable[meets]] = np.where(within[meets], RayStatus.PICTURE, RayStatus.OFF_PICTURE)
     return st, status

@@ -160,9 +160,7 @@ class _Tracer:
         """Return the ends, the last legs met with the picture's plane."""
         st = np.full((len(self.origin), 2), -1.0)
         lands = np.flatnonzero(self.lands)
-        st[lands], self.status[lands] = self.steps.land(
-            self.origin[lands], self.direction[lands], self.scene.picture
-        )
+        st[lands], self.status[lands] = self.steps.land(self.origin[lands], self.direction[lands], self.scene.picture)
         return Paths(
             st=st,
             status=self.status,
@@ -190,7 +188,7 @@ def _box(lens: Lens) -> tuple[Array, Array]:
 
 def _in_box(lens: Lens, local: Array) -> NDArray[np.bool_]:
     low, high = _box(lens)
-    inside: NDArray[np.bool_] = ((local >= low) & (local <= high)).all(axis=1)
+    inside: NDArray[np.bool_] = np.all((local >= low) & (local <= high), axis=1)
     return inside
 
 

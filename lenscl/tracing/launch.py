@@ -119,7 +119,7 @@ class _Ends:
     def empty(cls, rays: int, dtype: type[np.floating[Any]]) -> _Ends:
         return cls({name: np.empty((rays, n), dtype) if n else np.empty(rays, np.uint8) for name, n in _ARRAYS})
 
-    def shaped(self, *shape: int) -> dict[str, NDArray[Any]]:
+    def shaped(self, *shape: int) -> dict[str, Any]:
         return {name: array.reshape(*shape, *array.shape[1:]) for name, array in self.arrays.items()}
 
 
@@ -150,7 +150,9 @@ class _Job:
         missing = -len(array) % self.source.structure.width
         return np.concatenate([array, np.repeat(array[-1:], missing, axis=0)])
 
-    def run(self, ends: _Ends, tile: tuple[int, int, int, int], first: int, rays: tuple[Buffer, ...] | list[Buffer]) -> None:
+    def run(
+        self, ends: _Ends, tile: tuple[int, int, int, int], first: int, rays: tuple[Buffer, ...] | list[Buffer]
+    ) -> None:
         """Trace a tile into the rows of `ends` from `first` on."""
         width = self.source.structure.width
         count = tile[3]

@@ -1,0 +1,137 @@
+"""Lenses whose rays are known in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scenes import make_scene
+
+from lenscl import RayStatus, trace, trace_rays
+from lenscl.config import Scene
+from lenscl.reference import film_rays
+
+Array = NDArray[np.floating]
+Wide = np.longdouble  # 64 bits of mantissa here: more than the kernels have
+
+
+def through_ellipsoid(
+    scene: Scene, axes: tuple[float, float, float], origin: Array, direction: Array
+) -> tuple[Array, Array]:
+    """Return which rays hit an ellipsoid at the world's origin and, for these, where they land after two refractions.
+
+    NaN where the exit reflects totally.
+
+    The quadratic's roots in closed form, Snell's law by angles: no part of this is shared with the program.
+    """
+    o, d, scale = origin.astype(Wide), direction.astype(Wide), np.array(axes, Wide)
+    d = d / np.sqrt((d * d).sum(1, keepdims=True))
+    n_lens, n_medium = Wide(scene.lenses[0].n), Wide(scene.n_medium)
+
+    def quadratic(o: Array, d: Array) -> tuple[Array, Array, Array]:
+        u, v = o / scale, d / scale
+        a, b, c = (v * v).sum(1), (u * v).sum(1), (u * u).sum(1) - 1
+        return a, b, b * b - a * c
+
+    def bent(d: Array, normal: Array, ratio: Wide) -> Array:
+        cosine = -(d * normal).sum(1)
+        sine = np.sqrt(1 - cosine**2)
+        across = (d + cosine[:, None] * normal) / np.where(sine == 0, 1, sine)[:, None]
+        sine_out = ratio * sine
+        with np.errstate(invalid="ignore"):  # a totally reflected ray has no such direction
+            return across * sine_out[:, None] - normal * np.sqrt(1 - sine_out**2)[:, None]
+
+    a, b, discriminant = quadratic(o, d)
+    hits = discriminant > 0
+    o, d, a, b = o[hits], d[hits], a[hits], b[hits]
+    p = o + ((-b - np.sqrt(discriminant[hits])) / a)[:, None] * d
+    normal = p / scale**2
+    normal /= np.sqrt((normal * normal).sum(1, keepdims=True))
+    d = bent(d, normal, n_medium / n_lens)
+    a, b, discriminant = quadratic(p, d)
+    q = p + ((-b + np.sqrt(discriminant)) / a)[:, None] * d
+    normal = q / scale**2
+    normal /= np.sqrt((normal * normal).sum(1, keepdims=True))
+    d = bent(d, -normal, n_lens / n_medium)
+    picture = scene.picture
+    distance = (picture.corner[2] - q[:, 2]) / d[:, 2]
+    land = q + distance[:, None] * d
+    st = np.stack(
+        [(land[:, 0] - picture.corner[0]) / picture.right[0], (land[:, 1] - picture.corner[1]) / picture.down[1]], 1
+    )
+    return hits, st
+
+
+@pytest.mark.parametrize(("precision", "typical", "worst"), [("double", 2e-14, 2e-11), ("single", 2e-6, 5e-3)])
+@pytest.mark.parametrize(
+    ("lens", "axes"),
+    [
+        ({"surface": "sphere", "r": 0.9}, (0.9, 0.9, 0.9)),
+        ({"surface": "ellipsoid", "a": 1.0, "b": 0.8, "c": 0.6}, (1.0, 0.8, 0.6)),
+        ({"surface": "ellipsoid", "r": 0.8, "stretch": [1.2, 1.0, 0.9]}, (0.96, 0.8, 0.72)),
+    ],
+)
+def test_sphere_and_ellipsoid_agree_with_their_closed_form(
+    lens: dict[str, object], axes: tuple[float, float, float], precision: str, typical: float, worst: float
+) -> None:
+    scene = make_scene(lens, film={"size": [200, 200]})
+    raymap = trace(scene, precision=precision)
+    origin, direction = film_rays(scene)
+    hits, st = through_ellipsoid(scene, axes, origin, direction)
+    np.testing.assert_array_equal(raymap.events.ravel()[~hits] == 0, True)
+    met, lands = raymap.events.ravel()[hits], np.isfinite(st).all(axis=1)
+    assert (met[lands] == 2).sum() > 5000
+    assert (met == 0).mean() < 0.01, "the march may lose a chord shorter than its step at the silhouette"
+    assert set(met[lands].tolist()) <= {0, 2}
+    assert (met[~lands] > 2).all()
+    same = lands & (met == 2)
+    error = np.abs(raymap.st.reshape(-1, 2)[hits][same] - st[same]).max(axis=1)
+    assert np.median(error) < typical
+    assert error.max() < worst  # at the silhouette, where the exit angle's condition is infinite
+
+
+def test_a_glass_balls_paraxial_focus_is_where_the_lensmaker_says() -> None:
+    n, r = 1.5, 0.8
+    ball = make_scene({"surface": "sphere", "r": r, "n": n})
+    height = np.array([1e-3, 2e-3, 4e-3])
+    rays = trace_rays(ball, np.stack([height, 0 * height, 3 + 0 * height], 1), np.tile([0.0, 0.0, -1.0], (3, 1)))
+    crossing = rays.origin[:, 2] - rays.origin[:, 0] * rays.direction[:, 2] / rays.direction[:, 0]
+    focus = -n * r / (2 * (n - 1))
+    error = np.abs(crossing - focus)
+    assert (error < 2 * height**2).all()
+    np.testing.assert_allclose(
+        error[1:] / error[:-1], 4, rtol=1e-2
+    )  # spherical aberration goes with the height squared
+
+
+@pytest.mark.parametrize("n", [1.3, 1.5, 2.4])
+def test_an_ellipsoid_of_eccentricity_1_over_n_brings_parallel_light_to_its_far_focus(n: float) -> None:
+    major = 1.0
+    minor = major * np.sqrt(1 - 1 / n**2)
+    lens = {"surface": "ellipsoid", "a": minor, "b": minor, "c": major, "n": n}
+    scene = make_scene(lens, numerics={"max_events": 1})  # ends inside: the last proved leg is the one to the focus
+    height = np.linspace(-0.95, 0.95, 41) * minor
+    start = np.stack([0.6 * height, 0.8 * height, 3 + 0 * height], 1)
+    rays = trace_rays(scene, start, np.tile([0.0, 0.0, -1.0], (41, 1)))
+    assert (rays.status == RayStatus.TRAPPED).all()
+    to_focus = np.array([0.0, 0.0, -major / n]) - rays.origin
+    miss = np.linalg.norm(np.cross(to_focus, rays.direction), axis=1)
+    assert miss.max() < 1e-12
+
+
+def test_a_sphere_is_aplanatic_at_radius_over_n() -> None:
+    n, r = 1.5, 1.0
+    ball = make_scene({"surface": "sphere", "r": r, "n": n})
+    angle = np.linspace(-1.4, 1.4, 29)
+    start = np.tile([0.0, 0.0, r / n], (29, 1))  # inside the glass; images at n r on the same side
+    rays = trace_rays(ball, start, np.stack([np.sin(angle), 0 * angle, -np.cos(angle)], 1))
+    assert (rays.events == 1).all()
+    to_image = np.array([0.0, 0.0, r * n]) - rays.origin
+    assert np.linalg.norm(np.cross(to_image, rays.direction), axis=1).max() < 1e-12
+
+
+def test_a_wrong_focal_length_would_be_seen() -> None:
+    ball = make_scene({"surface": "sphere", "r": 0.8, "n": 1.5001})
+    rays = trace_rays(ball, np.array([[1e-3, 0.0, 3.0]]), np.array([[0.0, 0.0, -1.0]]))
+    crossing = rays.origin[:, 2] - rays.origin[:, 0] * rays.direction[:, 2] / rays.direction[:, 0]
+    assert abs(crossing[0] + 1.5 * 0.8 / (2 * 0.5)) > 2e-6

@@ -1,0 +1,80 @@
+"""Call a single kernel step from Python: one small kernel around a few fragments."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lenscl import device
+from lenscl.codegen import fragment, head
+from lenscl.status import RayStatus
+
+REALS: dict[str, Any] = {"single": np.float32, "double": np.float64}
+FORMS = [(p, w) for p, widths in (("single", (1, 4, 8, 16)), ("double", (1, 2, 4, 8))) for w in widths]
+
+
+def device_of_width(single: int, double: int) -> device.Device:
+    """Return this machine's device with packets of other widths."""
+    return replace(device.choose(), widths=(single, double))
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A step of the kernels as a function of arrays.
+
+    `body` computes `out_0 ... ` from `in_0 ...`, all realv; `between` is C text put behind the fragments.
+    """
+
+    fragments: tuple[str, ...]
+    body: str
+    inputs: int
+    outputs: int
+    precision: str
+    width: int
+    before: str = ""
+
+    @cached_property
+    def _program(self) -> device.Program:
+        reads = "\n".join(
+            f"  const realv in_{i} = gather(in + first * {self.inputs} + {i}, {self.inputs});"
+            for i in range(self.inputs)
+        )
+        declares = "\n".join(f"  realv out_{i} = (realv)0;" for i in range(self.outputs))
+        writes = "\n".join(
+            f"  scatter(out_{i}, out + first * {self.outputs} + {i}, {self.outputs});" for i in range(self.outputs)
+        )
+        text = "\n".join(
+            [
+                head(self.precision, self.width),  # type: ignore[arg-type]
+                "".join(f"#define RAY_{status.name} {status.value}\n" for status in RayStatus),
+                fragment("prelude.cl"),
+                self.before,
+                *(fragment(name) for name in self.fragments),
+                "kernel void probe(global const real *restrict in, global real *restrict out, const int count) {",
+                "  const int first = (int)get_global_id(0) * VW;",
+                "  if (first >= count) return;",
+                reads,
+                declares,
+                self.body,
+                writes,
+                "}",
+            ]
+        )
+        return device.choose().build(text, kind="probe")
+
+    def __call__(self, *columns: ArrayLike) -> NDArray[np.float64]:
+        """Return shape (N, outputs) for inputs of N numbers each; N is padded to whole packets."""
+        here = device.choose()
+        dtype = REALS[self.precision]
+        rows = np.stack(np.broadcast_arrays(*columns), axis=-1).reshape(-1, self.inputs)
+        count = len(rows)
+        padded = np.concatenate([rows, np.repeat(rows[-1:], -count % self.width, axis=0)]).astype(dtype)
+        out = here.empty(len(padded) * self.outputs * dtype().itemsize)
+        self._program.run("probe", len(padded) // self.width, [here.upload(padded), out, np.int32(len(padded))])
+        result = np.empty((len(padded), self.outputs), dtype)
+        here.download(out, result)
+        return result[:count].astype(np.float64)
