@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeVar, cast
 from pydantic import ValidationError
 
 from lenscl.config.checks import LONGEST, SHORTEST, Box, Vec3
-from lenscl.config.problems import from_pydantic, nearest, short, study_error, unknown_key
+from lenscl.config.problems import MOST_PROBLEMS, from_pydantic, nearest, short, study_error, unknown_key
 from lenscl.config.scene import Effects, Film, Frozen, Lens, Numerics, Picture, Scene, Source
 from lenscl.config.tables import (
     PLANNED_EFFECTS,
@@ -295,9 +295,8 @@ def _known_keys(table: dict[str, Any], formula: str, at: str, report: Report) ->
         for key in (key for key in extra if key in COORDINATES):
             report(f"{at}.{key}: x, y and z are the coordinates; give the parameter another name")
         extra = [key for key in extra if key not in COORDINATES]
-    for key in extra:
-        if key not in parameters:
-            report(unknown_key(at, key, (*parameters, *LENS_KEYS)))
+    for key in [key for key in extra if key not in set(parameters)][:MOST_PROBLEMS]:
+        report(unknown_key(at, key, (*parameters, *LENS_KEYS)))
     return {key: value for key, value in table.items() if key in LENS_KEYS or key in parameters}
 
 
@@ -329,6 +328,5 @@ def _user_surface(text: str, parameters: tuple[str, ...], bounds: Box) -> Surfac
 
 def unknown_top_keys(document: Mapping[str, Any], known: tuple[str, ...], report: Report) -> None:
     """Report the tables and keys that no study has."""
-    for key in document:
-        if key not in known:
-            report(unknown_key("", key, known))
+    for key in [key for key in document if key not in known][:MOST_PROBLEMS]:
+        report(unknown_key("", key, known))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 import tomllib
 from pathlib import Path
@@ -10,7 +11,9 @@ from typing import Any
 
 from lenscl.config.problems import short, study_error
 
-MOST_BYTES = 1_000_000  # a study is written by hand; tomllib's time grows with the square of some hostile texts
+MOST_BYTES = 1_000_000  # a study is written by hand
+# tomllib's time grows with the square of the length of a dotted key; a study's longest has four parts
+_LONG_KEY = re.compile(r"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){32}""")
 
 
 def read_text(path: Path) -> str:
@@ -54,6 +57,8 @@ def parse_text(text: str, where: str = "study") -> dict[str, Any]:
     """
     if len(text) > MOST_BYTES:
         raise study_error([f"{where}: is larger than {MOST_BYTES} characters; a study is not"])
+    if _LONG_KEY.search(text):
+        raise study_error([f"{where}: has a key of more than 32 parts"])
     try:
         return tomllib.loads(text)
     except RecursionError:

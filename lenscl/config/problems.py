@@ -13,7 +13,7 @@ from lenscl.errors import StudyError
 _LONGEST_VALUE = 60  # characters of a value that a message repeats
 _LONGEST_LIST = 8
 _DEEPEST_VALUE = 3
-_MOST_PROBLEMS = 100  # a message is for reading: of a hostile file the first hundred faults are enough
+MOST_PROBLEMS = 100  # a message is for reading: of a hostile file the first hundred faults are enough
 
 
 def short(value: object, depth: int = 0) -> str:
@@ -62,7 +62,7 @@ def unknown_key(at: str, key: str, known: Iterable[str]) -> str:
 def from_pydantic(error: ValidationError, at: str, known: Iterable[str]) -> list[str]:
     """Return the findings of one table, each led by its key."""
     found = []
-    for item in error.errors(include_url=False, include_context=False, include_input=False):
+    for item in error.errors(include_url=False, include_context=False, include_input=False)[:MOST_PROBLEMS]:
         loc = [str(part) for part in item["loc"]]
         where = ".".join([at, *(key_text(part) for part in loc)]) if at else ".".join(loc)
         match item["type"]:
@@ -80,8 +80,8 @@ def from_pydantic(error: ValidationError, at: str, known: Iterable[str]) -> list
 def study_error(problems: Iterable[str]) -> StudyError:
     """Return the error of all problems, each once, in their order."""
     once = list(dict.fromkeys(problems))
-    if len(once) > _MOST_PROBLEMS:
-        once = [*once[:_MOST_PROBLEMS], f"and {len(once) - _MOST_PROBLEMS} more problems"]
+    if len(once) > MOST_PROBLEMS:
+        once = [*once[:MOST_PROBLEMS], "and more problems; mend these first"]
     return StudyError(once)
 
 

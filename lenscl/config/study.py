@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 import itertools
+import os
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -23,7 +24,7 @@ from lenscl.lenses import catalogue
 
 _MOST_CHECKED = 1000  # points built when a study is read: every value of every axis, up to so many
 _MOST_LOOKED_AT = 200_000  # points looked at to find them
-_MOST_IMAGES = 1_000_000
+_MOST_IMAGES = 100_000
 _LONGEST_TITLE = 1000
 _SWEEP_SETTINGS = ("mode", "samples", "seed", "max_points")
 
@@ -243,9 +244,8 @@ def study_from_toml(text: str, *, folder: str | Path = ".", path: Path | None = 
     scene = read_scene(document, problems)
     sweep = read_sweep(document, problems.append)
     output = _read_output(document, problems)
-    if scene is not None:
+    if check_count(sweep, problems.append) and scene is not None:
         _check_keys(sweep, scene, problems)
-    check_count(sweep, problems.append)
     if scene is None or problems:
         raise study_error(problems)
     study = Study(
@@ -393,7 +393,6 @@ def _find_images(scene: Scene, folder: Path) -> tuple[Path, ...]:
     for pattern in [patterns] if isinstance(patterns, str) else patterns or ():
         matches = glob.iglob(pattern, root_dir=folder)
         for name in itertools.islice(matches, _MOST_IMAGES):
-            path = folder / name
-            if path.is_file():
-                found.add(path)
+            if os.path.isfile(folder / name):  # Path.is_file raises where a folder may not be entered
+                found.add(folder / name)
     return tuple(sorted(found))

@@ -20,7 +20,9 @@ from lenscl.config.sampling import MOST_SHARES, shares
 from lenscl.config.tables import TOP_KEYS, SweepTable
 
 _SAME = 1e-9  # relative: 0.30000000000000004, as an axis computes it, is the 0.3 that a file excludes
-_MOST_AXES = 10_000
+_MOST_AXES = 1000
+_MOST_TABLES = 10_000
+_MOST_COMPARISONS = 20_000_000  # of points with tables of exclude
 _MOST_SPELLED = 10**15
 
 Group = tuple[tuple[str, Axis], ...]  # keys that vary together
@@ -115,10 +117,13 @@ def read_sweep(document: Mapping[str, Any], report: Report) -> Sweep:
     return sweep
 
 
-def check_count(sweep: Sweep, report: Report) -> None:
-    """Report a sweep of too many points, before any of them is made."""
-    if len(sweep.axis_keys()) > _MOST_AXES:
-        report(f"sweep.axes: at most {_MOST_AXES} keys can vary, got {len(sweep.axis_keys())}")
+def check_count(sweep: Sweep, report: Report) -> bool:
+    """Report a sweep of too many points before any is made; return whether its keys are few enough to look at."""
+    groups = {"axes": sweep.axis_keys(), "zip": sweep.zips, "exclude": sweep.exclude, "include": sweep.include}
+    limits = {"axes": _MOST_AXES, "zip": _MOST_AXES, "exclude": _MOST_TABLES, "include": _MOST_TABLES}
+    too_many = [name for name, group in groups.items() if len(group) > limits[name]]
+    for name in too_many:
+        report(f"sweep.{name}: at most {limits[name]} are supported, got {len(groups[name])}")
     most = sweep.most()
     if most > sweep.max_points:
         fix = f"thin the axes or raise sweep.max_points (now {sweep.max_points})"
@@ -126,6 +131,9 @@ def check_count(sweep: Sweep, report: Report) -> None:
         report(f"sweep.max_points: the sweep has {count} points; {fix}")
     elif sweep.mode != "grid" and sweep.samples * len(sweep.axes) > MOST_SHARES:
         report(f"sweep.samples: {sweep.samples} samples of {len(sweep.axes)} axes are more than {MOST_SHARES} values")
+    elif most * len(sweep.exclude) > _MOST_COMPARISONS:
+        report(f"sweep.exclude: {len(sweep.exclude)} tables against {most} points are too many; write fewer values")
+    return not too_many
 
 
 def _check_mode(table: SweepTable, sweep: Sweep, report: Report) -> None:
@@ -208,6 +216,8 @@ def _matches(values: Mapping[str, Any], pattern: Mapping[str, Any]) -> bool:
 
 
 def _same(a: Any, b: Any) -> bool:
+    if type(a) is float and type(b) is float:  # the common case, spelled out for speed
+        return abs(a - b) <= _SAME * max(abs(a), abs(b))
     if isinstance(a, bool) or isinstance(b, bool):
         return a is b
     if isinstance(a, Real) and isinstance(b, Real):
