@@ -64,7 +64,8 @@ def _searched_surface(structure: Structure, prefix: str) -> Iterator[str]:
 
 def _lens(structure: Structure, number: int) -> Iterator[str]:
     prefix = structure.prefix(number)
-    yield f"#define LENS_NUMBER {number}\n#define LENS(name) lens_{number}_##name\n#define SURFACE(name) {prefix}_##name\n"
+    yield f"#define LENS_NUMBER {number}\n#define LENS(name) lens_{number}_##name\n"
+    yield f"#define SURFACE(name) {prefix}_##name\n"
     yield located("lens.cl")
     yield "#undef LENS_NUMBER\n#undef LENS\n#undef SURFACE\n"
 
