@@ -122,9 +122,9 @@ def whole(n: Expr) -> int:
 
 
 def integer_power(u: Any, n: int) -> Any:
-    """Raise to the power n >= 1 by the products that the C text uses: u^n = (u^(n/2))^2, or u^(n-1) u."""
-    if n == 1:
-        return u
+    """Raise to the power n >= 0 by the products that the C text uses: u^n = (u^(n/2))^2, or u^(n-1) u."""
+    if n <= 1:
+        return u**n
     if n % 2:
         return integer_power(u, n - 1) * u
     half = integer_power(u, n // 2)

@@ -155,7 +155,13 @@ def _negated_lead(u: Expr) -> Expr | None:
     """Return -u where that is simpler than u: u is a negative number or led by one, or a negation."""
     if u.op == "neg":
         return u.args[0]
+    if u.op == "/" and _lead(u.args[0]) < 0.0:
+        return _negated_ratio(u)
     return _scaled(-1.0, u) if _lead(u) < 0.0 else None
+
+
+def _negated_ratio(u: Expr) -> Expr:
+    return build("/", _scaled(-1.0, u.args[0]), u.args[1])
 
 
 def _plus_negative(u: Expr, v: Expr) -> Expr | None:
@@ -177,6 +183,11 @@ _TABLE: tuple[Rule, ...] = (
     Rule("neg", "-(number) is a number", lambda u: _folded(u, by=lambda a: -a)),
     Rule("neg", "-(-u) = u, -(c u) = (-c) u", lambda u: _scaled(-1.0, u) if u.op == "*" and _lead(u) != 1.0 else None),
     Rule("neg", "-(-u) = u", lambda u: u.args[0] if u.op == "neg" else None),
+    Rule(
+        "neg",
+        "-(c u / v) = (-c u) / v",
+        lambda u: _negated_ratio(u) if u.op == "/" and _lead(u.args[0]) != 1.0 else None,
+    ),
     Rule("neg", "-(u - v) = v - u", lambda u: u.args[1] - u.args[0] if u.op == "-" else None),
     Rule("+", "number + number", lambda u, v: _folded(u, v, by=lambda a, b: a + b)),
     Rule("+", "0 + u = u", lambda u, v: v if u is ZERO else None),
