@@ -149,6 +149,11 @@ def _quotient_rounding(np: Any, w: Any, u: Any, v: Any, eu: Any, ev: Any) -> Any
     )
 
 
+def _choice_rounding(np: Any, w: Any, u: Any, v: Any, eu: Any, ev: Any) -> Any:
+    sure = np.abs(u - v) * (1.0 - 4 * UNIT_ROUNDOFF) > eu + ev
+    return np.where(sure, np.where(w == u, eu, ev), np.maximum(eu, ev))
+
+
 def _where_rounding(np: Any, w: Any, a: Any, b: Any, u: Any, v: Any, ea: Any, eb: Any, eu: Any, ev: Any) -> Any:
     sure = np.abs(a - b) * (1.0 - 4 * UNIT_ROUNDOFF) > ea + eb
     either = np.maximum(np.abs(u - w) + eu, np.abs(v - w) + ev)
@@ -236,7 +241,7 @@ _ROWS: tuple[Operation, ...] = (
         evaluate=lambda np, u, v: np.where(u < v, u, v),
         derivative=lambda w, u, v, du, dv: _where(u, v, du, dv),
         interval=lambda iv, u, v: iv.least(u, v),
-        rounding=lambda np, w, u, v, eu, ev: np.maximum(eu, ev),
+        rounding=_choice_rounding,
     ),
     _function(
         "max", 2, stem="greatest", named=True, c_level=CHOICE, c_needs=(SUM, SUM), c="{0} < {1} ? {1} : {0}",
@@ -244,7 +249,7 @@ _ROWS: tuple[Operation, ...] = (
         evaluate=lambda np, u, v: np.where(u < v, v, u),
         derivative=lambda w, u, v, du, dv: _where(u, v, dv, du),
         interval=lambda iv, u, v: iv.negate(iv.least(iv.negate(v), iv.negate(u))),
-        rounding=lambda np, w, u, v, eu, ev: np.maximum(eu, ev),
+        rounding=_choice_rounding,
     ),
     _function(
         "where", 4, user=False, stem="branch", text="{} < {} ? {} : {}", c="{} < {} ? {} : {}",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from lenscl.lenses.catalogue import catalogue, surface
-from lenscl.lenses.surface import Box, Parameter, Surface, Vec3
+from lenscl.lenses.named import catalogue, surface
+from lenscl.lenses.solid import Box, Parameter, Surface, Vec3
 from lenscl.lenses.user import user_surface
 
 __all__ = ["Box", "Parameter", "Surface", "Vec3", "catalogue", "surface", "user_surface"]

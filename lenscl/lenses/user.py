@@ -8,7 +8,7 @@ from collections.abc import Collection
 
 from lenscl.errors import ExpressionError
 from lenscl.expr import FUNCTIONS, RESERVED_WORDS, parse
-from lenscl.lenses.surface import Box, Parameter, Surface
+from lenscl.lenses.solid import Box, Parameter, Surface
 
 COORDINATES = ("x", "y", "z")
 LENS_TABLE_KEYS = frozenset(

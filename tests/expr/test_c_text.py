@@ -12,6 +12,7 @@ import pytest
 from lenscl.expr import RESERVED_WORDS, c_text, differentiate, evaluate, gradient, parse
 from lenscl.expr.c_writer import spell_number
 from lenscl.expr.graph import node, number, symbol
+from lenscl.lenses import catalogue
 
 PRELUDE = Path(__file__).parents[2] / "kernels" / "prelude.cl"
 POINTS = 1024
@@ -135,6 +136,31 @@ def test_names_that_users_may_choose_do_not_break_the_text(context, precision, w
     eps = 2.0**-24 if precision == "single" else 2.0**-53
     for expr, result in zip(outputs.values(), got, strict=True):
         np.testing.assert_allclose(result, evaluate(expr, values), rtol=64 * eps, atol=64 * eps)
+
+
+@pytest.mark.parametrize(("precision", "width"), [("single", 8), ("double", 8), ("single", 1)])
+@pytest.mark.parametrize("name", list(catalogue()))
+def test_the_catalogue_runs_on_the_device_as_evaluate_says(context, name, precision, width):
+    row = catalogue()[name]
+    parameters = {parameter.name: parameter.default for parameter in row.parameters}
+    outputs = {"f": row.expression, **dict(zip("xyz", gradient(row.expression), strict=True))}
+    got, values = _run(context, outputs, _points(13), parameters, precision, width)
+    eps = 2.0**-24 if precision == "single" else 2.0**-53
+    for expr, result in zip(outputs.values(), got, strict=True):
+        want = evaluate(expr, values)
+        np.testing.assert_allclose(result, want, rtol=64 * eps, atol=512 * eps * max(1.0, np.abs(want).max()))
+
+
+@pytest.mark.parametrize(("e1", "e2"), [(0.2, 2.0), (2.0, 0.2), (2.0, 2.0), (0.5, 0.5)])
+@pytest.mark.parametrize(("precision", "width"), [("single", 8), ("double", 1)])
+def test_the_superellipsoid_has_slopes_at_special_points_on_the_device(context, e1, e2, precision, width):
+    special = [-1.0, -0.5, -1e-8, -1e-30, -0.0, 0.0, 1e-30, 1e-8, 0.5, 1.0]
+    at = dict(zip("xyz", (np.resize(part, POINTS) for part in np.meshgrid(*[special] * 3)), strict=True))
+    F = catalogue()["superellipsoid"].expression
+    outputs = {"f": F, **dict(zip("xyz", gradient(F), strict=True))}
+    got, _ = _run(context, outputs, at, {"e1": e1, "e2": e2}, precision, width)
+    assert np.isfinite(got).all()
+    assert (got[0] <= 0.0).sum() > 100
 
 
 @pytest.mark.parametrize(("precision", "width"), [("single", 8), ("double", 4)])

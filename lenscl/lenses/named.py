@@ -13,7 +13,7 @@ from functools import lru_cache
 
 from lenscl.errors import LensclError
 from lenscl.expr import Expr, parse
-from lenscl.lenses.surface import Box, Parameter, Surface, Values
+from lenscl.lenses.solid import Box, Parameter, Surface, Values
 
 _LARGEST = 1e12  # of a length: its fourth power still fits single precision a thousand times smaller, and double always
 
