@@ -133,6 +133,7 @@ def _check_screen(at: str, screen: FilmTable | PictureTable, report: Report) -> 
         length = math.hypot(*span) * screen.scale
         if not SHORTEST <= length <= 2 * LONGEST:
             report(f"{at}.scale: makes {at}.{key} {length:g} long; it must lie from {SHORTEST:g} to {LONGEST:g}")
+            break
     if _sine(screen.right, screen.down) <= _PARALLEL:
         report(f"{at}.down: is parallel to {at}.right; the two must span a parallelogram")
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from lenscl.config.build import LENS_KEYS, is_catalogue_name
+from lenscl.config.build import LENS_KEYS, NAME, is_catalogue_name
 from lenscl.config.problems import as_plain, key_text, nearest, study_error
 from lenscl.config.tables import PLANNED_EFFECTS, SCENE_TABLES
 from lenscl.effects import EFFECTS
@@ -132,12 +132,16 @@ def _write(table: dict[str, Any], key: str, value: Any) -> None:
 
 def _drop_old_surface(lens: dict[str, Any], new: str) -> None:
     """Take away the parameters that the new surface lacks, or that were the old one's defaults, and idle bounds."""
+    given = [key for key in lens if key not in LENS_KEYS]
     if not is_catalogue_name(new):
-        return
-    lens.pop("bounds", None)
-    has = {parameter.name for parameter in catalogue()[new].parameters} if new in catalogue() else set()
-    old = catalogue().get(lens["surface"])
-    defaults = {} if old is None else {parameter.name: parameter.default for parameter in old.parameters}
-    for key in [key for key in lens if key not in LENS_KEYS]:
-        if key not in has or lens[key] == defaults.get(key):
-            del lens[key]
+        words = set(NAME.findall(new))  # an expression has no defaults: what it names, it needs
+        dropped = [key for key in given if key not in words]
+    else:
+        lens.pop("bounds", None)
+        rows = catalogue()
+        has = {parameter.name for parameter in rows[new].parameters} if new in rows else set()
+        old = rows[lens["surface"]].parameters if lens["surface"] in rows else ()
+        defaults = {parameter.name: parameter.default for parameter in old}
+        dropped = [key for key in given if key not in has or lens[key] == defaults.get(key)]
+    for key in dropped:
+        del lens[key]

@@ -9,9 +9,10 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from lenscl.config.problems import short, study_error
+from lenscl.config.problems import file_text, study_error
 
 MOST_BYTES = 1_000_000  # a study is written by hand
+_LONGEST_REASON = 200
 # tomllib's time grows with the square of the length of a dotted key; a study's longest has four parts
 _LONG_KEY = re.compile(r"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){32}""")
 
@@ -24,7 +25,7 @@ def read_text(path: Path) -> str:
     StudyError
         If it is missing, no plain file, not readable, too large or not UTF-8.
     """
-    where = short(str(path))[1:-1]
+    where = file_text(path)
     try:
         # Never open a pipe or a device: reading it may not end
         mode = os.stat(path).st_mode
@@ -64,4 +65,4 @@ def parse_text(text: str, where: str = "study") -> dict[str, Any]:
     except RecursionError:
         raise study_error([f"{where}: is nested too deeply"]) from None
     except ValueError as error:  # TOMLDecodeError, and whole numbers with too many digits
-        raise study_error([f"{where}: is not TOML: {short(str(error))[1:-1]}"]) from None
+        raise study_error([f"{where}: is not TOML: {str(error)[:_LONGEST_REASON]}"]) from None

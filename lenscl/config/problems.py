@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from lenscl.errors import StudyError
 
 _LONGEST_VALUE = 60  # characters of a value that a message repeats
+_LONGEST_PATH = 400
 _LONGEST_LIST = 8
 _DEEPEST_VALUE = 3
 MOST_PROBLEMS = 100  # a message is for reading: of a hostile file the first hundred faults are enough
@@ -51,6 +52,12 @@ def key_text(key: str) -> str:
     """Return a key as a message leads with it: shortened, with nothing a terminal would act on."""
     text = short(key)[1:-1]
     return text if text else '""'
+
+
+def file_text(path: object) -> str:
+    """Return a file's name as a message leads with it: whole unless absurd, with nothing a terminal would act on."""
+    text = str(path).encode("unicode_escape").decode("ascii") if not str(path).isprintable() else str(path)
+    return text if len(text) <= _LONGEST_PATH else "..." + text[-_LONGEST_PATH:]
 
 
 def unknown_key(at: str, key: str, known: Iterable[str]) -> str:

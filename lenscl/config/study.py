@@ -15,7 +15,7 @@ from typing import Any
 from lenscl.config.build import NAME, is_catalogue_name, read_scene, read_table, unknown_top_keys
 from lenscl.config.keys import Place, key_problem, never_swept, places, whole_of
 from lenscl.config.load import parse_text, read_text
-from lenscl.config.problems import as_plain, key_text, short, study_error
+from lenscl.config.problems import as_plain, file_text, key_text, short, study_error
 from lenscl.config.scene import Frozen, Scene
 from lenscl.config.sweep import Sweep, check_count, read_sweep
 from lenscl.config.tables import TOP_KEYS, OutputTable, SweepTable
@@ -124,7 +124,7 @@ class Study:
             raise study_error(['picture.images: is required to paint; add a pattern such as images = "pictures/*"'])
         if not self.images:
             written = short(patterns)
-            raise study_error([f"picture.images: no file matches {written} in {short(str(self.folder))[1:-1]}"])
+            raise study_error([f"picture.images: no file matches {written} in {file_text(self.folder)}"])
         return self.images
 
     def with_overrides(self, changes: Mapping[str, Any]) -> Study:
@@ -238,7 +238,7 @@ def study_from_toml(text: str, *, folder: str | Path = ".", path: Path | None = 
         With every problem, each led by its key.
     """
     problems: list[str] = []
-    document = parse_text(text, "study" if path is None else short(str(path))[1:-1])
+    document = parse_text(text, "study" if path is None else file_text(path))
     unknown_top_keys(document, TOP_KEYS, problems.append)
     title = _read_title(document, "study" if path is None else path.stem, problems)
     scene = read_scene(document, problems)

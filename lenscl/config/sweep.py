@@ -14,7 +14,7 @@ from numbers import Real
 from typing import Any
 
 from lenscl.config.axes import Axis, Span, read_axis
-from lenscl.config.build import Report, read_table
+from lenscl.config.build import LENS_KEYS, Report, read_table
 from lenscl.config.problems import key_text, short
 from lenscl.config.sampling import MOST_SHARES, shares
 from lenscl.config.tables import TOP_KEYS, SweepTable
@@ -75,7 +75,7 @@ class Sweep:
             if not any(_matches(values, pattern) for pattern in self.exclude):
                 yield values
         for point in self.include:
-            yield {**dict.fromkeys(keys), **defaults, **point, **self.fixed}
+            yield {**dict.fromkeys(keys), **_kept(defaults, point), **point, **self.fixed}
 
     def hold(self, key: str, value: Any) -> Sweep:
         """Return the sweep with one of its axes held at a value; the other axes keep their values."""
@@ -140,7 +140,7 @@ def _check_mode(table: SweepTable, sweep: Sweep, report: Report) -> None:
     sampled = sweep.mode != "grid"
     if sampled and table.samples is None:
         report(f"sweep.samples: is required where sweep.mode is {short(sweep.mode)}")
-    if sampled and not sweep.axes:
+    if sampled and not table.axes:
         report(f"sweep.axes: is required where sweep.mode is {short(sweep.mode)}: keys with {{ min, max }}")
     if not sampled and table.samples is not None:
         report('sweep.samples: is read only by the modes "latin", "halton", "sobol" and "random"; set sweep.mode')
@@ -198,6 +198,15 @@ def _entries(written: Any, at: str, report: Report) -> Iterator[tuple[str, dict[
                 yield f"{at}[{place}]", entry
             else:
                 report(f"{at}[{place}]: must have a key at least; leave the empty table out")
+
+
+def _kept(defaults: Mapping[str, Any], point: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the defaults of an included point; a surface of its own has its own parameters, which are left open."""
+    lenses = tuple(key.removesuffix("surface") for key in point if key.endswith(".surface"))
+    return {
+        key: None if key.startswith(lenses) and key.split(".")[-1] not in (*LENS_KEYS, *"xyz") else value
+        for key, value in defaults.items()
+    }
 
 
 def _count(axis: Axis) -> int:
