@@ -14,7 +14,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from lenscl.expr.c_writer import RESERVED_WORDS, CText, c_text
+from lenscl.expr.c_writer import CText, c_text
 from lenscl.expr.derive import differentiate, gradient, polynomial
 from lenscl.expr.graph import Expr, digest, number, symbol
 from lenscl.expr.operations import FUNCTIONS, OPERATIONS, Operation
@@ -27,7 +27,6 @@ if TYPE_CHECKING:  # these compute with numpy, which reading and writing express
 __all__ = [
     "FUNCTIONS",
     "OPERATIONS",
-    "RESERVED_WORDS",
     "CText",
     "Expr",
     "Operation",

@@ -36,7 +36,7 @@ any_lane true false
 """
 RESERVED_WORDS: frozenset[str] = frozenset(_WORDS.split()) | {
     f"{kind}{lanes}" for kind in _TYPES.split() for lanes in ("", "2", "3", "4", "8", "16", "v", "3v")
-}  # no parameter and no temporary may be called so: words of OpenCL C and of kernels/prelude.cl
+}  # no temporary may be called so: words of OpenCL C and of kernels/prelude.cl
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection
 
 from lenscl.errors import ExpressionError
-from lenscl.expr import FUNCTIONS, RESERVED_WORDS, parse
+from lenscl.expr import FUNCTIONS, parse
 from lenscl.lenses.solid import Box, Parameter, Surface
 
 COORDINATES = ("x", "y", "z")
@@ -64,8 +64,8 @@ def _name_problem(name: str) -> str | None:
         return "this is a function; give it another name"
     if name in LENS_TABLE_KEYS:
         return "this is a key of the lens table; give it another name"
-    if name in RESERVED_WORDS or keyword.iskeyword(name):
-        return "this word means something in OpenCL C or in Python; give it another name"
+    if keyword.iskeyword(name):
+        return "this word cannot be read as a name; give it another one"
     if not _NAME.fullmatch(name):
         return "a name is a letter, then at most 39 letters, digits or _"
     return None

@@ -9,8 +9,8 @@ import numpy as np
 import pyopencl as cl
 import pytest
 
-from lenscl.expr import RESERVED_WORDS, c_text, differentiate, evaluate, gradient, parse
-from lenscl.expr.c_writer import spell_number
+from lenscl.expr import c_text, differentiate, evaluate, gradient, parse
+from lenscl.expr.c_writer import RESERVED_WORDS, spell_number
 from lenscl.expr.graph import node, number, symbol
 from lenscl.lenses import catalogue
 
@@ -124,15 +124,32 @@ def test_values_that_are_none_are_none_on_the_device(context, precision, width):
 
 @pytest.mark.parametrize(("precision", "width"), [("single", 16), ("double", 8), ("single", 1)])
 def test_names_that_users_may_choose_do_not_break_the_text(context, precision, width):
-    names = ["V", "W", "atan", "x2", "sum1", "product1", "R", "e", "M_PI2", "gamma", "lens_f", "p", "s", "result"]
+    names = [
+        "V",
+        "W",
+        "atan",
+        "double",
+        "x2",
+        "sum1",
+        "product1",
+        "R",
+        "e",
+        "M_PI2",
+        "gamma",
+        "lens_f",
+        "p",
+        "s",
+        "result",
+    ]
     text = (
         "V*W + (V*W)^3*x + atan^2*y + atan^2 + x2*x^2 + x^2 + sum1*(x + y) + (x + y)^2 + product1*x*y + (x*y)^2 + R*e"
-        " + (e*R)^2 + M_PI2^2*gamma + lens_f*p*s + (p*s)^2*result"
+        " + double^2*x + double^2*y + (e*R)^2 + M_PI2^2*gamma + lens_f*p*s + (p*s)^2*result"
     )
     expr = parse(text, ["x", "y", "z", *names])
     outputs = {"f": expr, **dict(zip("xyz", gradient(expr), strict=True))}
     parameters = {name: 0.1 * k + 0.3 for k, name in enumerate(names)}
-    got, values = _run(context, outputs, _points(10), parameters, precision, width)
+    spelled = {name: f"s.k_{name}" for name in names}  # as the kernels do, since a name may be a word of C
+    got, values = _run(context, outputs, _points(10), parameters, precision, width, spelled)
     eps = 2.0**-24 if precision == "single" else 2.0**-53
     for expr, result in zip(outputs.values(), got, strict=True):
         np.testing.assert_allclose(result, evaluate(expr, values), rtol=64 * eps, atol=64 * eps)
