@@ -1,0 +1,90 @@
+"""What all commands share: the one place where errors become messages and exit codes, and common options."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from lenscl.errors import LensclError, StudyError
+
+if TYPE_CHECKING:
+    from lenscl.config import Study
+
+INTERRUPTED = 130
+SOME_FAILED = 3
+
+_Command = TypeVar("_Command", bound=Callable[..., Any])
+
+
+class Group(click.Group):
+    """A group whose commands may raise `LensclError`; commands are listed as they were added."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the commands in the order of a user's way through the program."""
+        return list(self.commands)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; turn what it raises into a message and an exit code, but leave a bug its traceback."""
+        try:
+            return super().invoke(ctx)
+        except LensclError as error:
+            for problem in error.problems if isinstance(error, StudyError) else (str(error),):
+                click.echo(f"Error: {problem}", err=True)
+            ctx.exit(error.exit_code)
+        except KeyboardInterrupt:
+            click.echo("Interrupted.", err=True)
+            ctx.exit(INTERRUPTED)
+        except OSError as error:
+            if error.errno == errno.EPIPE:  # the reader of our rows has seen enough: `lenscl ... | head`
+                _discard_output()
+                ctx.exit(1)
+            raise
+
+
+def study_argument(command: _Command) -> _Command:
+    """Add the argument STUDY.toml, as `study_path`."""
+    argument = click.argument("study_path", metavar="STUDY.toml", type=click.Path(path_type=Path))
+    return argument(command)
+
+
+def set_option(command: _Command) -> _Command:
+    """Add the repeatable option --set KEY=VALUE, as `overrides`."""
+    option = click.option(
+        "--set",
+        "overrides",
+        metavar="KEY=VALUE",
+        multiple=True,
+        help="Give a key of the study another value, such as lens.r=0.2, in TOML; bare text is a string. Repeatable.",
+    )
+    return option(command)
+
+
+def json_option(command: _Command) -> _Command:
+    """Add the flag --json, as `as_json`."""
+    return click.option("--json", "as_json", is_flag=True, help="Print JSON, for programs.")(command)
+
+
+def open_study(path: Path, overrides: Sequence[str]) -> Study:
+    """Load a study with what --set changes in it."""
+    from lenscl.config import load_study, parse_override
+
+    study = load_study(path)
+    changes = dict(parse_override(text) for text in overrides)
+    return study.with_overrides(changes) if changes else study
+
+
+def many(count: int, noun: str) -> str:
+    """Return a count with its noun: "1 point", "2 points"."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def _discard_output() -> None:
+    """Let the interpreter flush what is still buffered into nothing, rather than complain on its way out."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())

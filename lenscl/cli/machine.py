@@ -1,0 +1,134 @@
+"""The commands about this machine and this program: lenses, devices, doctor."""
+# ruff: noqa: D301 - a backspace, not an escaped one, tells click to leave a paragraph as it is
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lenscl.cli.group import json_option
+
+if TYPE_CHECKING:
+    from lenscl.lenses import Surface
+
+
+@click.command()
+@json_option
+def lenses(as_json: bool) -> None:
+    """List the catalogue of surfaces: parameters with ranges and defaults, formula, source.
+
+    \b
+    Example:
+      lenscl lenses
+      lenscl lenses --json
+    """
+    from lenscl.lenses import catalogue
+
+    surfaces = catalogue().values()
+    if as_json:
+        click.echo(json.dumps([_described(surface) for surface in surfaces], indent=2))
+        return
+    for surface in surfaces:
+        click.echo(f"{surface.name}: {surface.summary}")
+        for line in _lines(surface):
+            click.echo(f"    {line}")
+
+
+@click.command()
+@json_option
+def devices(as_json: bool) -> None:
+    """List the OpenCL devices, best first, and say which one would be chosen.
+
+    The environment variable LENSCL_DEVICE names another: part of a device's label, in any case of letters.
+
+    \b
+    Example:
+      lenscl devices
+      LENSCL_DEVICE=pocl lenscl devices --json
+    """
+    from lenscl import device
+
+    chosen = device.choose()
+    found = [
+        {
+            "device": one.label,
+            "chosen": one == chosen,
+            "kind": one.kind,
+            "driver": one.driver,
+            "double": one.has_double,
+            "width": {"single": one.width("single"), "double": one.width("double")},
+        }
+        for one in device.devices()
+    ]
+    if as_json:
+        click.echo(json.dumps(found, indent=2))
+        return
+    for one in device.devices():
+        single, double = one.width("single"), one.width("double") if one.has_double else "none"
+        click.echo(f"{'*' if one == chosen else ' '} {one.label}")
+        click.echo(f"    {one.kind}, {one.driver}, rays a packet: single {single}, double {double}")
+    click.echo("* would be chosen; LENSCL_DEVICE=NAME takes another", err=True)
+
+
+@click.command()
+@json_option
+def doctor(as_json: bool) -> None:
+    """Find out whether this machine works, and say how to mend what does not.
+
+    Looks at the driver, the linker, the cache folder, a kernel compiled and compared in a process of its own, image
+    formats, limits, disk and extras. Exit code 4 if no device works, 1 if anything else is at fault.
+
+    \b
+    Example:
+      lenscl doctor
+      lenscl doctor --json
+    """
+    from lenscl.cli.health import FAULT, examine
+    from lenscl.errors import LensclError, NoDeviceError
+
+    found = []
+    for finding in examine():
+        found.append(finding)
+        if not as_json:
+            click.echo(f"{finding.state:5} {finding.what}: {finding.detail}")
+            if finding.fix:
+                click.echo(f"      fix: {finding.fix}")
+    if as_json:
+        click.echo(json.dumps([finding.as_dict() for finding in found], indent=2))
+    faults = [finding for finding in found if finding.state == FAULT]
+    if any(finding.is_device for finding in faults):
+        raise SystemExit(NoDeviceError.exit_code)
+    if faults:
+        raise SystemExit(LensclError.exit_code)
+
+
+def _lines(surface: Surface) -> Iterator[str]:
+    yield surface.formula
+    for parameter in surface.parameters:
+        low = "(" if parameter.low_open else "["
+        values = f"{parameter.default:g} in {low}{parameter.low:g}, {parameter.high:g}]"
+        yield f"{parameter.name} = {values}: {parameter.meaning}"
+    yield f"source: {surface.source}"
+
+
+def _described(surface: Surface) -> dict[str, Any]:
+    return {
+        "name": surface.name,
+        "summary": surface.summary,
+        "formula": surface.formula,
+        "source": surface.source,
+        "parameters": [
+            {
+                "name": parameter.name,
+                "default": parameter.default,
+                "low": parameter.low,
+                "high": parameter.high,
+                "low_open": parameter.low_open,
+                "meaning": parameter.meaning,
+            }
+            for parameter in surface.parameters
+        ],
+    }

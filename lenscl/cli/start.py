@@ -1,0 +1,48 @@
+"""The command that gets one started: new."""
+# ruff: noqa: D301 - a backspace, not an escaped one, tells click to leave a paragraph as it is
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+_STUDY_NAME = "study.toml"
+_PICTURE_SIZE = 512
+
+
+@click.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+def new(folder: Path) -> None:
+    """Make a folder with a commented starter study and pictures to look at; the program draws them itself.
+
+    \b
+    Example:
+      lenscl new hello
+      lenscl sweep hello/study.toml
+    """
+    from importlib.resources import files
+
+    from lenscl.errors import LensclError
+    from lenscl.imaging import SAMPLES, draw, write_image
+
+    text = files("lenscl.cli").joinpath("starter.toml").read_text(encoding="utf-8")
+    study = folder / _STUDY_NAME
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise LensclError(f"{folder}: is a file; choose another name")
+        if folder.is_dir() and any(folder.iterdir()):
+            raise LensclError(f"{folder}: is not empty; choose a folder that is, or that does not exist yet")
+        (folder / "pictures").mkdir(parents=True)
+        study.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise LensclError(f"{folder}: cannot be made: {error.strerror}") from error
+    for name in SAMPLES:
+        write_image(folder / "pictures" / f"{name}.png", draw(name, _PICTURE_SIZE), metadata={})
+    click.echo(f"{study} and {len(SAMPLES)} pictures are made. Next:\n  lenscl sweep {_quoted(study)}")
+
+
+def _quoted(path: Path) -> str:
+    import shlex
+
+    return shlex.quote(str(path))

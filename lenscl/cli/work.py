@@ -1,0 +1,231 @@
+"""The commands that trace: sweep, render, map, and export of what a sweep has noted."""
+# ruff: noqa: D301 - a backspace, not an escaped one, tells click to leave a paragraph as it is
+
+from __future__ import annotations
+
+import os
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lenscl.cli.group import INTERRUPTED, SOME_FAILED, many, open_study, set_option, study_argument
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lenscl.config import Study
+    from lenscl.status import RayStatus
+    from lenscl.sweep import SweepPlan
+
+_MOST_NAMED = 10  # failures named one by one in a summary
+
+
+@click.command()
+@study_argument
+@click.option(
+    "-o", "--out", type=click.Path(path_type=Path), metavar="DIR",
+    help="Folder for images and table; default out/<study>, below the current folder.",
+)  # fmt: skip
+@click.option("--dry-run", is_flag=True, help="List points, pictures, outputs and kernels as CSV; make nothing.")
+@click.option("--fresh", is_flag=True, help="Remove what earlier runs made in the folder, and start over.")
+@set_option
+def sweep(study_path: Path, out: Path | None, dry_run: bool, fresh: bool, overrides: tuple[str, ...]) -> None:
+    """Paint a folder of pictures through every point of a study.
+
+    Goes on where an earlier run ended, however it ended: only what is missing, failed or changed is made. Rows go to
+    standard output as CSV, one for each point and picture, progress and a summary to standard error. A picture or
+    point that fails does so alone, and the command then ends with exit code 3.
+
+    \b
+    Example:
+      lenscl sweep configs/torus.toml
+      lenscl sweep configs/torus.toml -o out/thin --set lens.r=0.1 > thin.csv
+      lenscl sweep configs/torus.toml --dry-run
+    """
+    from lenscl.sweep import plan_sweep
+
+    plan = plan_sweep(open_study(study_path, overrides), out)
+    if dry_run:
+        _list(plan)
+    else:
+        _run(plan, fresh)
+
+
+@click.command()
+@study_argument
+@set_option
+@click.option(
+    "-i", "--image", type=click.Path(path_type=Path), metavar="IMAGE",
+    help="The picture to paint with; default: the study's first.",
+)  # fmt: skip
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", required=True,
+    help="File to write; its ending says the format.",
+)  # fmt: skip
+def render(study_path: Path, overrides: tuple[str, ...], image: Path | None, output: Path) -> None:
+    """Paint one picture as a study's scene shows it, its axes left out.
+
+    \b
+    Example:
+      lenscl render configs/torus.toml -o torus.png
+      lenscl render configs/torus.toml --set lens.r=0.2 -i cat.jpg -o cat.png
+    """
+    from lenscl.errors import StudyError
+
+    study = open_study(study_path, overrides)
+    if image is None and not study.images:
+        raise StudyError(["picture.images: the study names no picture; give one with -i IMAGE"])
+    _render(study, image or study.images[0], output)
+
+
+@click.command("map")
+@study_argument
+@set_option
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", required=True,
+    help="File to write: .exr (an ST map) or .npz (every array of the ray map).",
+)  # fmt: skip
+def map_(study_path: Path, overrides: tuple[str, ...], output: Path) -> None:
+    """Write where every film pixel looks, without any picture.
+
+    An EXR file is an ST map as compositors read it: red s, green 1 - t, alpha 1 on the picture. An NPZ file holds
+    every array of the ray map, and the scene.
+
+    \b
+    Example:
+      lenscl map configs/torus.toml -o torus.exr
+      lenscl map configs/torus.toml --set lens.r=0.2 -o torus.npz
+    """
+    from lenscl.imaging import write_map
+    from lenscl.tracing import trace
+
+    raymap = trace(open_study(study_path, overrides).scene)
+    write_map(output, raymap)
+    click.echo(f"{output}: {_counted(raymap.counts())}", err=True)
+
+
+@click.command()
+@click.argument("folder", metavar="OUT", type=click.Path(path_type=Path))
+@click.option("--csv", "as_csv", is_flag=True, help="Write CSV, as the sweep printed it.")
+@click.option("--parquet", "as_parquet", is_flag=True, help="Not available in this version.")
+@click.argument("file", metavar="[FILE]", required=False, type=click.Path(path_type=Path))
+def export(folder: Path, as_csv: bool, as_parquet: bool, file: Path | None) -> None:
+    """Write the table of a sweep, to FILE or to standard output.
+
+    Rows not made yet have neither output nor error.
+
+    \b
+    Example:
+      lenscl export out/torus --csv
+      lenscl export out/torus --csv torus.csv
+    """
+    from lenscl.errors import LensclError
+    from lenscl.sweep import Store, csv_lines
+
+    if as_parquet:
+        raise click.UsageError("--parquet is not available in this version; use --csv")
+    if not as_csv:
+        raise click.UsageError("say in which form: --csv")
+    with ExitStack() as stack:
+        store = stack.enter_context(Store.reading(folder))
+        lines = csv_lines(store.rows(), store.about("axes"), folder)
+        if file is None:
+            for line in lines:
+                click.echo(line)
+            return
+        try:
+            with file.open("w", encoding="utf-8", newline="") as table:
+                table.writelines(f"{line}\n" for line in lines)
+        except OSError as error:
+            raise LensclError(f"{file}: cannot be written: {error.strerror}") from error
+
+
+def _list(plan: SweepPlan) -> None:
+    """Print what a sweep would do."""
+    from lenscl.sweep import Row, cells, csv_line
+    from lenscl.tracing import kernel_source
+
+    axes = plan.study.axes
+    click.echo(csv_line(["index", *axes, "picture", "output", "kernel"]))
+    kernels: dict[str, str] = {}
+    for point, structure in plan.structures():
+        if structure not in kernels:
+            kernels[structure] = kernel_source(point.scene).key
+        for run in plan.runs_of(point):
+            shown = Row(output=run.output, index=run.point, values=run.values, picture=run.picture, state="pending")
+            start = cells(shown, axes)[: len(axes) + 2]
+            click.echo(csv_line([*start, str(plan.out / run.output), kernels[structure]]))
+    click.echo(f"{_size(plan)}; {many(len(set(kernels.values())), 'kernel')}; nothing was made", err=True)
+    for picture in plan.pictures:
+        if picture.error is not None:
+            click.echo(f"unreadable: {picture.error}", err=True)
+
+
+def _size(plan: SweepPlan) -> str:
+    points, pictures = many(plan.point_count, "point"), many(len(plan.pictures), "picture")
+    return f"{points} x {pictures} = {many(plan.run_count, 'image')} in {plan.out}"
+
+
+def _run(plan: SweepPlan, fresh: bool) -> None:
+    from lenscl.cli.interrupt import Interrupt
+    from lenscl.cli.progress import Progress
+    from lenscl.sweep import Store, cells, csv_line, header, run_sweep
+
+    click.echo(_size(plan), err=True)
+    axes = plan.study.axes
+    made = kept = 0
+    failed: list[str] = []
+    with Interrupt() as interrupt, Progress(plan.run_count) as progress:
+        rows = run_sweep(plan, fresh=fresh, stop=interrupt.is_set)
+        click.echo(csv_line(header(axes)))
+        for row in rows:
+            click.echo(csv_line(cells(row, axes, plan.out)))
+            progress.advance(row)
+            if row.state == "failed":
+                failed.append(f"{row.output}: {row.error}")
+            elif row.kept:
+                kept += 1
+            else:
+                made += 1
+    missing = plan.run_count - made - kept - len(failed)
+    click.echo(f"{made} made, {kept} kept, {len(failed)} failed, {missing} left; {progress.summary()}", err=True)
+    for text in failed[:_MOST_NAMED]:
+        click.echo(f"failed: {text}", err=True)
+    if len(failed) > _MOST_NAMED:
+        rest = len(failed) - _MOST_NAMED
+        click.echo(f"... and {rest} more; `lenscl export {plan.out} --csv` lists all", err=True)
+    with Store.reading(plan.out) as store:
+        if left_over := store.left_over():
+            click.echo(
+                f"{many(left_over, 'image')} of an earlier form of the study stay there; `--fresh` removes them",
+                err=True,
+            )
+    if interrupt.is_set() and missing:
+        click.echo("Interrupted. What was made is noted; run the same command again to go on.", err=True)
+        raise SystemExit(INTERRUPTED)
+    if failed:
+        raise SystemExit(SOME_FAILED)
+
+
+def _counted(counts: Mapping[RayStatus, int]) -> str:
+    return ", ".join(f"{count} {status.name.lower().replace('_', ' ')}" for status, count in counts.items() if count)
+
+
+def _render(study: Study, image: Path, output: Path) -> None:
+    from lenscl.imaging import Painter, read_picture, write_image
+    from lenscl.sweep import paint_as_told, program_version
+    from lenscl.tracing import trace
+
+    picture = read_picture(image)
+    raymap = trace(study.scene)
+    painted, encoding = paint_as_told(Painter(raymap), picture, study.scene)
+    metadata = {
+        "program": program_version(),
+        "title": study.title,
+        "picture": os.fsencode(image.name).decode("utf-8", "backslashreplace"),
+        "scene": study.scene.to_toml(),
+    }
+    write_image(output, painted, metadata=metadata, encoding=encoding)
+    click.echo(f"{output}: {_counted(raymap.counts())}", err=True)

@@ -1,0 +1,37 @@
+"""Run a study over its points and pictures: trace once a point, paint every picture with it, resume after anything.
+
+Input: a `Study`. Output: images, and one `Row` for each in the order of the work list, kept in a table beside them.
+
+    plan_sweep -> SweepPlan (points x pictures) -> run_sweep -> Row, Row, ...  ->  sweep.sqlite, <index>-<picture>.<ext>
+"""
+
+from __future__ import annotations
+
+from lenscl.sweep.errors import SweepError
+from lenscl.sweep.hardspots import HardSpot, hard_spots, study_hard_spots
+from lenscl.sweep.painting import paint_as_told
+from lenscl.sweep.pictures import SourcePicture
+from lenscl.sweep.plan import SweepPlan, plan_sweep
+from lenscl.sweep.rows import Row, cells, csv_line, csv_lines, header
+from lenscl.sweep.runner import run_sweep
+from lenscl.sweep.store import Store
+from lenscl.sweep.version import program_version
+
+__all__ = [
+    "HardSpot",
+    "Row",
+    "SourcePicture",
+    "Store",
+    "SweepError",
+    "SweepPlan",
+    "cells",
+    "csv_line",
+    "csv_lines",
+    "hard_spots",
+    "header",
+    "paint_as_told",
+    "plan_sweep",
+    "program_version",
+    "run_sweep",
+    "study_hard_spots",
+]

@@ -1,0 +1,154 @@
+"""The work list of a sweep: every point of a study times every picture, in the study's order.
+
+Input: a Study. Output: a SweepPlan, from which the runs come one by one, so that 10^5 points cost no memory.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from lenscl.config import Point, Study
+from lenscl.errors import StudyError
+from lenscl.sweep.pictures import SourcePicture, survey
+from lenscl.sweep.store import Planned
+from lenscl.sweep.version import program_version
+
+_INDEX_DIGITS = 5  # as many as max_points has by default: adding points to a study renames no output
+_STRUCTURAL = ("effects.", "numerics.")  # keys whose numbers, too, may change the kernel
+
+
+@dataclass(frozen=True)
+class SweepPlan:
+    """What a sweep is going to do; making it reads the pictures' bytes and writes nothing."""
+
+    study: Study
+    out: Path
+    pictures: tuple[SourcePicture, ...]
+    program: str = field(default_factory=program_version)
+
+    @cached_property
+    def point_count(self) -> int:
+        """How many points the study has."""
+        return self.study.point_count()
+
+    @property
+    def run_count(self) -> int:
+        """How many images the sweep makes."""
+        return self.point_count * len(self.pictures)
+
+    def runs(self) -> Iterator[Planned]:
+        """Yield every run in work order: the points in theirs, the pictures of a point together."""
+        for point in self.study.points():
+            yield from self.runs_of(point)
+
+    def runs_of(self, point: Point) -> Iterator[Planned]:
+        """Yield the runs of one point."""
+        described = _described(point)
+        for number, picture in enumerate(self.pictures):
+            yield Planned(
+                output=self.output_name(point.index, picture),
+                position=point.index * len(self.pictures) + number,
+                point=point.index,
+                values=dict(point.values),
+                picture=picture.shown,
+                key=self._key(described, self._metadata(described, point.values, picture), picture),
+            )
+
+    def output_name(self, index: int, picture: SourcePicture) -> str:
+        """Return `<index>-<picture>.<ext>`."""
+        digits = max(_INDEX_DIGITS, len(str(self.point_count - 1)))
+        return f"{index:0{digits}d}-{picture.name}.{self.study.output.format}"
+
+    def metadata(self, point: Point, picture: SourcePicture) -> dict[str, Any]:
+        """Return what an output carries of its making: no clock, duration, host, device or place on disk."""
+        return self._metadata(_described(point), point.values, picture)
+
+    def structures(self) -> Iterator[tuple[Point, str]]:
+        """Yield every point with a text of what may decide its kernel: equal texts, equal kernels.
+
+        Numbers are arguments of a kernel; its text hangs on the axes that are no plain numbers, and on those of
+        `[numerics]` and `[effects]`.
+        """
+        for point in self.study.points():
+            deciding = {
+                key: value
+                for key, value in point.values.items()
+                if key.startswith(_STRUCTURAL) or not _is_numeric(value)
+            }
+            yield point, json.dumps(deciding, sort_keys=True, default=str)
+
+    def _metadata(self, scene: str, values: Mapping[str, Any], picture: SourcePicture) -> dict[str, Any]:
+        return {
+            "program": self.program,
+            "title": self.study.title,
+            "picture": picture.shown.rsplit("/", 1)[-1],
+            "parameters": dict(values),
+            "scene": scene,
+        }
+
+    def _key(self, scene: str, metadata: Mapping[str, Any], picture: SourcePicture) -> str:
+        """Digest all that the bytes of an output depend on."""
+        parts = {
+            "scene": scene,
+            "picture": picture.digest,
+            "output": repr(self.study.output),
+            "metadata": metadata,  # the program's sources among it
+        }
+        text = json.dumps(parts, sort_keys=True, default=str)
+        return hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
+
+
+def plan_sweep(study: Study, out: Path | None = None) -> SweepPlan:
+    """Lay out a sweep without doing any of it.
+
+    Parameters
+    ----------
+    study : Study
+        What to do.
+    out : Path, optional
+        The folder for images and table; default `out/<study>` below the current folder, after the study's file.
+
+    Raises
+    ------
+    StudyError
+        If the study names no picture, none is found, or one lies where the sweep would write.
+    """
+    if study.scene.picture.images is None:
+        raise StudyError(
+            [
+                "picture.images: a sweep paints pictures, and the study names none; "
+                'give a file or pattern such as images = "pictures/*", or write the ray map alone with `lenscl map`'
+            ]
+        )
+    pictures = survey(study.require_images())
+    if out is None:
+        out = Path("out") / (study.path.stem if study.path is not None else "study")
+    if any(picture.path.absolute().parent.resolve() == out.absolute().resolve() for picture in pictures):
+        raise StudyError(
+            [f"picture.images: pictures are read from {out}, where the sweep would write; choose a folder with -o"]
+        )
+    return SweepPlan(study, out, pictures)
+
+
+def _described(point: Point) -> str:
+    """Return a scene's canonical text without its pictures' names: which files there are besides changes no image.
+
+    A point whose values do not go together is described by what is wrong with it; it fails alone, when its turn comes.
+    """
+    try:
+        scene = point.scene
+    except StudyError as error:
+        return f"# {error}"
+    return replace(scene, picture=replace(scene.picture, images=None)).to_toml()
+
+
+def _is_numeric(value: Any) -> bool:
+    if isinstance(value, list | tuple):
+        return all(_is_numeric(part) for part in value)
+    return isinstance(value, int | float) and not isinstance(value, bool)

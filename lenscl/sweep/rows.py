@@ -1,0 +1,105 @@
+"""One row of results, and a table of them as CSV.
+
+>>> row = Row(output="00003-cat.png", index=3, values={"lens.r": 0.25}, picture="cat.jpg", state="failed", error="gone")
+>>> header(["lens.r"])[:5]
+['index', 'lens.r', 'picture', 'on_picture', 'off_picture']
+>>> cells(row, ["lens.r"])[:3], cells(row, ["lens.r"])[-1]
+(['3', '0.25', 'cat.jpg'], 'gone')
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+from lenscl.status import RayStatus
+
+State: TypeAlias = Literal["pending", "done", "failed"]
+
+# A column a status, in lower case; PICTURE alone is called otherwise, for `picture` is the column of the image's name
+COUNT_COLUMNS: Mapping[RayStatus, str] = {
+    status: "on_picture" if status is RayStatus.PICTURE else status.name.lower() for status in RayStatus
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """The result of one picture seen at one point of a study.
+
+    Seconds are None where nothing was timed. `trace_seconds` is the device's time for the point's trace, which all
+    pictures of the point share; `paint_seconds` and `write_seconds` (encoding included) are wall time of this one.
+    """
+
+    output: str  # file name in the sweep's folder
+    index: int  # of the point
+    values: Mapping[str, Any]  # axis key -> value
+    picture: str
+    state: State
+    counts: Mapping[RayStatus, int] | None = None
+    trace_seconds: float | None = None
+    paint_seconds: float | None = None
+    write_seconds: float | None = None
+    error: str | None = None
+    kept: bool = False  # made by an earlier run
+
+    @property
+    def seconds(self) -> float | None:
+        """What this image alone would have taken: trace, paint, encode and write; None if it was not made."""
+        parts = (self.trace_seconds, self.paint_seconds, self.write_seconds)
+        return sum(part for part in parts if part is not None) if self.state == "done" else None
+
+
+def header(axes: Iterable[str]) -> list[str]:
+    """Return the names of the columns."""
+    return ["index", *axes, "picture", *COUNT_COLUMNS.values(), "seconds", "output", "error"]
+
+
+def cells(row: Row, axes: Iterable[str], folder: Path | None = None) -> list[str]:
+    """Return a row's cells, in the order of `header`.
+
+    Parameters
+    ----------
+    row : Row
+        What to print.
+    axes : iterable of str
+        The study's axes in order.
+    folder : Path, optional
+        Put before the output's name, so that the cell can be opened from where one stands.
+    """
+    counts = row.counts or {}
+    output = row.output if folder is None else str(folder / row.output)
+    return [
+        str(row.index),
+        *(_cell(row.values.get(axis)) for axis in axes),
+        row.picture,
+        *(str(counts[status]) if status in counts else "" for status in COUNT_COLUMNS),
+        "" if row.seconds is None else f"{row.seconds:.6f}",
+        output if row.state == "done" else "",
+        row.error or "",
+    ]
+
+
+def csv_lines(rows: Iterable[Row], axes: Sequence[str], folder: Path | None = None) -> Iterator[str]:
+    """Yield the table as CSV (RFC 4180, lines ending in a newline), the header first, each row as it comes."""
+    yield csv_line(header(axes))
+    for row in rows:
+        yield csv_line(cells(row, axes, folder))
+
+
+def csv_line(values: Iterable[str]) -> str:
+    """Return one line of CSV, without its newline."""
+    line = io.StringIO()
+    csv.writer(line, lineterminator="").writerow(values)
+    return line.getvalue()
+
+
+def _cell(value: Any) -> str:
+    """Return text as it is, and anything else as JSON: 0.25, true, [0.0, 1.0]; nothing for a value left out."""
+    if value is None:
+        return ""
+    return value if isinstance(value, str) else json.dumps(value)

@@ -1,0 +1,210 @@
+"""Sweeps that are killed, interrupted, or meet each other, in processes of their own."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import random
+import signal
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from lenscl.sweep.lock import folder_lock
+
+IMAGES = 9 * 2  # points times pictures of the starter study as the fixture leaves it
+
+SLOW_WRITES = """
+import time
+import lenscl.sweep.runner as runner
+real = runner.write_image
+def write_image(*arguments, **options):
+    time.sleep({seconds})
+    real(*arguments, **options)
+runner.write_image = write_image
+"""
+
+DIE_AT_RENAME = """
+import itertools, os, signal
+import lenscl.imaging
+count, real = itertools.count(1), os.replace
+def replace(source, target):
+    if next(count) == {number}:
+        {before}
+        os.kill(os.getpid(), signal.SIGKILL)
+    real(source, target)
+os.replace = replace
+"""
+
+
+@pytest.fixture
+def undisturbed(study_path: Path, command, finish, outputs) -> dict[str, bytes]:
+    out = study_path.parent / "undisturbed"
+    done = finish(command("sweep", study_path, "-o", out))
+    assert done.returncode == 0, done.stderr
+    made = outputs(out)
+    assert len(made) == IMAGES
+    return made
+
+
+def start(line: list[str]) -> subprocess.Popen[str]:
+    return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def read_rows(process: subprocess.Popen[str], rows: int) -> None:
+    for _ in range(1 + rows):
+        assert process.stdout.readline()
+
+
+def kill_and_resume(study_path: Path, command, finish, outputs, kills: list[int]) -> tuple[dict[str, bytes], list[int]]:
+    """Kill a sweep after so many rows of each run, then let one finish; return its images, and how many each left."""
+    out = study_path.parent / "killed"
+    found = []
+    for rows in kills:
+        with start(command("sweep", study_path, "-o", out, faults=SLOW_WRITES.format(seconds=0.02))) as process:
+            read_rows(process, rows)
+            process.kill()
+        assert process.returncode == -signal.SIGKILL
+        found.append(len([name for name in outputs(out) if name.endswith(".png")]))
+    done = finish(command("sweep", study_path, "-o", out))
+    assert done.returncode == 0, done.stderr
+    table = list(csv.DictReader(io.StringIO(done.stdout)))
+    assert len(table) == IMAGES
+    assert f"{IMAGES} made" not in done.stderr  # something was kept
+    return outputs(out), found
+
+
+def test_a_sweep_killed_twice_ends_with_the_bytes_of_an_undisturbed_one(
+    study_path: Path, command, finish, outputs, undisturbed: dict[str, bytes]
+) -> None:
+    made, found = kill_and_resume(study_path, command, finish, outputs, [2, 9])
+    assert made == undisturbed
+    assert found[0] >= 2
+    assert found[1] >= 9
+
+
+@pytest.mark.slow
+def test_a_sweep_killed_ten_times_ends_with_the_bytes_of_an_undisturbed_one(
+    study_path: Path, command, finish, outputs, undisturbed: dict[str, bytes]
+) -> None:
+    rows = sorted(random.Random(11).randrange(IMAGES - 1) for _ in range(10))
+    made, found = kill_and_resume(study_path, command, finish, outputs, rows)
+    assert made == undisturbed
+    assert all(number >= least for number, least in zip(found, rows, strict=True))
+
+
+@pytest.mark.parametrize("before", ["pass", "real(source, target)"], ids=["before the rename", "after it"])
+def test_dying_at_a_rename_leaves_whole_images_only(
+    study_path: Path, command, finish, outputs, undisturbed: dict[str, bytes], before: str
+) -> None:
+    out = study_path.parent / "killed"
+    line = command("sweep", study_path, "-o", out, faults=DIE_AT_RENAME.format(number=5, before=before))
+    assert finish(line).returncode == -signal.SIGKILL
+    left = outputs(out)
+    whole = {name: data for name, data in left.items() if name in undisturbed}
+    assert whole
+    assert all(data == undisturbed[name] for name, data in whole.items())
+    done = finish(command("sweep", study_path, "-o", out))
+    assert done.returncode == 0, done.stderr
+    assert outputs(out) == undisturbed  # and nothing besides: what the dead run left is gone
+
+
+def test_the_first_ctrl_c_finishes_what_is_on_its_way_and_says_how_to_go_on(
+    study_path: Path, command, finish, outputs, undisturbed: dict[str, bytes]
+) -> None:
+    out = study_path.parent / "interrupted"
+    with start(command("sweep", study_path, "-o", out, faults=SLOW_WRITES.format(seconds=0.05))) as process:
+        read_rows(process, 3)
+        process.send_signal(signal.SIGINT)
+        rest, complaint = process.communicate(timeout=120)
+    assert process.returncode == 130, complaint
+    assert "run the same command again" in complaint
+    assert "Traceback" not in complaint
+    noted = 3 + len(rest.splitlines())
+    assert noted < IMAGES
+    assert len(outputs(out)) == noted  # every image on disk has its row, and the reverse
+    assert all(data == undisturbed[name] for name, data in outputs(out).items())
+    done = finish(command("sweep", study_path, "-o", out))
+    assert done.returncode == 0
+    assert f"{IMAGES - noted} made, {noted} kept, 0 failed" in done.stderr
+    assert outputs(out) == undisturbed
+
+
+def test_the_second_ctrl_c_quits_at_once(study_path: Path, command) -> None:
+    out = study_path.parent / "interrupted"
+    with start(command("sweep", study_path, "-o", out, faults=SLOW_WRITES.format(seconds=3600))) as process:
+        read_rows(process, 0)
+        process.send_signal(signal.SIGINT)
+        while "Stopping" not in process.stderr.readline():
+            assert process.poll() is None
+        assert process.poll() is None  # it waits for the writes on their way
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=120) == 130
+        process.stderr.close()
+
+
+def test_a_sweep_into_a_folder_where_one_is_at_work_is_refused(study_path: Path, command, finish) -> None:
+    out = study_path.parent / "out"
+    with folder_lock(out):
+        done = finish(command("sweep", study_path, "-o", out))
+        assert done.returncode == 1
+        assert done.stderr.splitlines()[-1] == (
+            f"Error: {out}: another sweep is writing here; wait for it to end, or choose another folder with -o"
+        )
+        assert [path.name for path in out.iterdir()] == ["sweep.lock"]
+    assert finish(command("sweep", study_path, "-o", out)).returncode == 0
+
+
+def test_a_full_disk_is_named_and_making_room_lets_the_sweep_go_on(
+    study_path: Path, command, finish, outputs, undisturbed: dict[str, bytes], full_disk: Callable[[int], Path]
+) -> None:
+    disk = full_disk(16 * 2**20)
+    out = disk / "out"
+    ballast = disk / "ballast"
+    ballast.write_bytes(bytes(13 * 2**20))
+    done = finish(command("sweep", study_path, "-o", out))
+    assert done.returncode == 3, done.stderr
+    assert "Traceback" not in done.stderr
+    assert f"{IMAGES} failed" in done.stderr
+    assert "make room on the disk" in done.stderr
+    assert outputs(out) == {}
+
+    ballast.unlink()
+    assert finish(command("sweep", study_path, "-o", out)).returncode == 0
+    assert outputs(out) == undisturbed
+
+
+def test_a_disk_too_full_for_the_table_is_named(
+    study_path: Path, command, finish, full_disk: Callable[[int], Path]
+) -> None:
+    disk = full_disk(2**20)
+    (disk / "ballast").write_bytes(bytes(2**20 - 20_000))
+    done = finish(command("sweep", study_path, "-o", disk / "out"))
+    assert done.returncode == 1, done.stderr
+    assert "Traceback" not in done.stderr
+    assert f"Error: {disk / 'out' / 'sweep.sqlite'}: the disk" in done.stderr
+    assert "run the same command again" in done.stderr
+
+
+@pytest.fixture
+def full_disk(tmp_path: Path):
+    """Make a file system of so many bytes; only the superuser can."""
+    mounted: list[Path] = []
+
+    def make(size: int) -> Path:
+        folder = tmp_path / "disk"
+        folder.mkdir()
+        done = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", folder], capture_output=True)
+        if done.returncode != 0:
+            pytest.skip("a small file system cannot be mounted here: the full disk was not tried")
+        mounted.append(folder)
+        return folder
+
+    if os.name != "posix" or os.geteuid() != 0:
+        pytest.skip("only the superuser can mount a small file system: the full disk was not tried")
+    yield make
+    for folder in mounted:
+        subprocess.run(["umount", folder], check=True)

@@ -1,0 +1,279 @@
+"""What the commands print and write."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import re
+import subprocess
+import sys
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lenscl.imaging import read_picture, write_image
+
+AXES = ["lens.r", "lens.n"]
+
+
+def table(text: str) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def test_a_sweep_prints_a_row_for_each_image_and_exports_the_same(lenscl, study_path: Path) -> None:
+    out = study_path.parent / "out"
+    result = lenscl("sweep", study_path, "-o", out)
+    assert result.exit_code == 0
+    rows = table(result.stdout)
+    assert len(rows) == 18
+    assert [(row["index"], row["picture"]) for row in rows] == sorted((row["index"], row["picture"]) for row in rows)
+    for row in rows:
+        assert Path(row["output"]).is_file()
+        counts = [int(row[name]) for name in list(row)[4:11]]
+        assert sum(counts) == 32 * 20
+        assert float(row["seconds"]) > 0
+    assert lenscl("export", out, "--csv").stdout == result.stdout
+    assert lenscl("export", out, "--csv", study_path.parent / "table.csv").stdout == ""
+    assert (study_path.parent / "table.csv").read_text() == result.stdout
+    assert lenscl("sweep", study_path, "-o", out).stdout == result.stdout
+
+
+def test_the_default_folder_is_below_the_current_one(lenscl, study_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (study_path.parent / "here").mkdir()
+    monkeypatch.chdir(study_path.parent / "here")
+    result = lenscl("sweep", "../study.toml", "--set", "lens.n=1.5", "--set", "lens.r=0.2")
+    assert result.exit_code == 0
+    assert {row["output"].rpartition("/")[0] for row in table(result.stdout)} == {"out/study"}
+    assert len(list(Path("out/study").glob("00000-*.png"))) == 2
+
+
+def test_a_set_value_holds_its_axis(lenscl, study_path: Path) -> None:
+    result = lenscl("sweep", study_path, "--set", "lens.n=1.5", "--dry-run")
+    assert len(table(result.stdout)) == 3 * 2
+
+
+def test_a_dry_run_lists_points_pictures_outputs_and_kernels_and_makes_nothing(lenscl, study_path: Path) -> None:
+    out = study_path.parent / "out"
+    result = lenscl("sweep", study_path, "-o", out, "--dry-run")
+    assert result.exit_code == 0
+    assert not out.exists()
+    rows = table(result.stdout)
+    assert list(rows[0]) == ["index", *AXES, "picture", "output", "kernel"]
+    assert len(rows) == 18
+    assert len({row["kernel"] for row in rows}) == 1  # all its axes are numbers
+    assert "9 points x 2 pictures = 18 images" in result.stderr
+    made = table(lenscl("sweep", study_path, "-o", out).stdout)
+    assert [row["output"] for row in made] == [row["output"] for row in rows]
+
+
+def test_a_dry_run_tells_kernels_apart(lenscl, study_path: Path) -> None:
+    study_path.write_text(
+        study_path.read_text().replace("[sweep.axes]", '[sweep.axes]\n"numerics.precision" = ["single", "double"]')
+    )
+    rows = table(lenscl("sweep", study_path, "--dry-run").stdout)
+    kernels = {(row["numerics.precision"], row["kernel"]) for row in rows}
+    assert len(rows) == 36
+    assert len(kernels) == len({kernel for _, kernel in kernels}) == 2
+
+
+def test_a_bad_picture_is_exit_code_3_and_named_in_row_and_summary(lenscl, study_path: Path) -> None:
+    (study_path.parent / "pictures" / "zz-notes.png").write_text("no picture at all")
+    result = lenscl("sweep", study_path, "-o", study_path.parent / "out")
+    assert result.exit_code == 3
+    rows = table(result.stdout)
+    failed = [row for row in rows if row["error"]]
+    assert {row["picture"] for row in failed} == {"zz-notes.png"}
+    assert (len(rows), len(failed)) == (27, 9)
+    assert all(row["output"] == "" for row in failed)
+    assert "18 made, 0 kept, 9 failed" in result.stderr
+    assert "failed: 00000-zz-notes.png: " in result.stderr
+
+
+def test_images_of_an_earlier_form_of_the_study_are_told_of(lenscl, study_path: Path) -> None:
+    out = study_path.parent / "out"
+    lenscl("sweep", study_path, "-o", out)
+    fewer = lenscl("sweep", study_path, "-o", out, "--set", "lens.n=1.5")
+    assert len(table(fewer.stdout)) == 6
+    assert "12 images of an earlier form of the study stay there" in fewer.stderr
+    assert len(list(out.glob("*.png"))) == 18
+    fresh = lenscl("sweep", study_path, "-o", out, "--set", "lens.n=1.5", "--fresh")
+    assert "earlier form" not in fresh.stderr
+    assert len(list(out.glob("*.png"))) == 6
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
+def test_a_bar_is_drawn_on_a_terminal_only(command, study_path: Path) -> None:
+    import pty
+
+    ours, theirs = pty.openpty()
+    line = command("sweep", study_path, "-o", study_path.parent / "out")
+    with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=theirs, text=True) as process:
+        os.close(theirs)
+        rows = process.stdout.read()
+        drawn = b""
+        with suppress(OSError):  # how a terminal says that nobody writes any more
+            while piece := os.read(ours, 4096):
+                drawn += piece
+    os.close(ours)
+    assert process.returncode == 0
+    assert b"18/18" in drawn
+    assert len(table(rows)) == 18
+    assert "18/18" not in subprocess.run(line, capture_output=True, text=True, timeout=300).stderr
+
+
+def test_a_study_without_pictures_is_sent_to_map_or_to_i(lenscl, study_path: Path) -> None:
+    study_path.write_text(re.sub(r"images = .*", "", study_path.read_text()))
+    swept = lenscl("sweep", study_path)
+    assert swept.exit_code == 2
+    assert swept.stderr.startswith("Error: picture.images: ")
+    assert "`lenscl map`" in swept.stderr
+    rendered = lenscl("render", study_path, "-o", study_path.parent / "x.png")
+    assert rendered.exit_code == 2
+    assert "-i IMAGE" in rendered.stderr
+
+
+def test_render_paints_the_scene_itself_with_the_first_picture_or_the_one_asked_for(lenscl, study_path: Path) -> None:
+    folder = study_path.parent
+    first, second = sorted((folder / "pictures").iterdir())
+    for name, options in (
+        ("default", ()),
+        ("first", ("-i", first)),
+        ("second", ("-i", second)),
+        ("set", ("--set", "lens.r=0.4")),
+    ):
+        assert lenscl("render", study_path, *options, "-o", folder / f"{name}.png").exit_code == 0
+    painted = {name: read_picture(folder / f"{name}.png").pixels for name in ("default", "first", "second", "set")}
+    assert painted["default"].shape == (20, 32, 3)
+    assert np.array_equal(painted["default"], painted["first"])
+    assert not np.array_equal(painted["default"], painted["second"])
+    assert not np.array_equal(painted["default"], painted["set"])
+
+
+def test_render_and_sweep_paint_the_same_colours(lenscl, study_path: Path) -> None:
+    settings = ("--set", "lens.r=0.25", "--set", "lens.n=1.5")
+    rows = table(lenscl("sweep", study_path, *settings, "-o", study_path.parent / "out").stdout)
+    lenscl("render", study_path, *settings, "-o", study_path.parent / "one.png")
+    swept = read_picture(Path(rows[0]["output"])).pixels
+    assert np.array_equal(swept, read_picture(study_path.parent / "one.png").pixels)
+
+
+@pytest.mark.parametrize(("dtype", "white"), [(np.uint8, 255), (np.uint16, 65535)])
+def test_the_colour_outside_means_the_same_for_every_depth(lenscl, study_path: Path, dtype, white: int) -> None:
+    folder = study_path.parent
+    write_image(folder / "black.tif", np.zeros((4, 4, 3), dtype), metadata={})
+    aside = ("--set", "picture.centre=[0, 100, -2.5]", "--set", "picture.outside=[1.0, 0.5, 0.0]")
+    lenscl("render", study_path, *aside, "-i", folder / "black.tif", "-o", folder / "x.tif")
+    painted = read_picture(folder / "x.tif").pixels
+    assert painted.dtype == dtype
+    assert np.array_equal(painted[0, 0], np.rint(np.array([1.0, 0.5, 0.0]) * white).astype(dtype))
+
+
+def test_a_picture_that_cannot_be_read_is_named(lenscl, study_path: Path) -> None:
+    result = lenscl("render", study_path, "-i", study_path.parent / "gone.png", "-o", study_path.parent / "x.png")
+    assert result.exit_code == 1
+    assert "gone.png" in result.stderr
+
+
+def test_map_writes_what_trace_yields(lenscl, study_path: Path) -> None:
+    folder = study_path.parent
+    assert lenscl("map", study_path, "-o", folder / "map.npz").exit_code == 0
+    assert lenscl("map", study_path, "-o", folder / "map.exr").exit_code == 0
+    with np.load(folder / "map.npz") as arrays:
+        st, status = arrays["st"], arrays["status"]
+        assert arrays["st"].shape == (20, 32, 2)
+    exr = read_picture(folder / "map.exr").pixels
+    on = status == 0
+    assert on.sum() > 100
+    assert np.array_equal(exr[on][:, 0], st[on][:, 0].astype(np.float32))
+    refused = lenscl("map", study_path, "-o", folder / "map.docx")
+    assert refused.exit_code != 0
+    assert refused.stderr.startswith("Error: ")
+
+
+def test_check_lists_points_pictures_and_hard_spots(lenscl, study_path: Path) -> None:
+    (study_path.parent / "pictures" / "zz-notes.png").write_text("no picture at all")
+    result = lenscl("check", study_path, "--set", "source.at=[0.0, 0.7, 0.0]", "--set", "lens.rotate=[0,0,0]")
+    assert result.exit_code == 3
+    assert "9 points, 3 pictures" in result.stdout
+    assert "lens.r = 0.15, lens.n = 1.33" in result.stdout
+    assert "zz-notes.png  UNREADABLE" in result.stdout
+    assert "source: lies inside lens" in result.stdout
+    found = json.loads(lenscl("check", study_path, "--json").stdout)
+    assert found["points"] == 9
+    assert [picture["error"] is None for picture in found["pictures"]] == [True, True, False]
+    assert found["hard_spots"][0].keys() == {"key", "kind", "message", "points"}
+
+
+def test_kernel_prints_what_tracing_compiles(lenscl, study_path: Path) -> None:
+    from lenscl.config import load_study
+    from lenscl.tracing import trace
+
+    text = lenscl("kernel", study_path).stdout
+    assert text == trace(load_study(study_path).scene).kernel.text + "\n"
+    assert "__kernel" in text or "kernel void" in text
+
+
+def test_devices_lists_them_best_first(lenscl) -> None:
+    from lenscl.device import choose, devices
+
+    found = json.loads(lenscl("devices", "--json").stdout)
+    assert [row["device"] for row in found] == [device.label for device in devices()]
+    assert [row["device"] for row in found if row["chosen"]] == [choose().label]
+    text = lenscl("devices").stdout
+    assert f"* {choose().label}" in text
+    assert choose().driver in text
+
+
+def test_lenses_lists_the_whole_catalogue(lenscl) -> None:
+    from lenscl.lenses import catalogue
+
+    found = {row["name"]: row for row in json.loads(lenscl("lenses", "--json").stdout)}
+    text = lenscl("lenses").stdout
+    assert list(found) == list(catalogue())
+    for name, surface in catalogue().items():
+        assert f"{name}: {surface.summary}" in text
+        assert surface.formula in text
+        assert [row["name"] for row in found[name]["parameters"]] == [p.name for p in surface.parameters]
+    assert "R = 0.7 in (0" in text
+
+
+def test_schema_is_json_that_knows_the_tables(lenscl) -> None:
+    schema = json.loads(lenscl("schema").stdout)
+    assert {"source", "film", "picture", "lens", "sweep", "numerics"} <= schema["properties"].keys()
+
+
+@pytest.mark.parametrize(("arguments", "expected"), [((), "--csv"), (("--parquet",), "not available in this version")])
+def test_export_says_what_it_can(lenscl, tmp_path: Path, arguments: tuple[str, ...], expected: str) -> None:
+    result = lenscl("export", tmp_path, *arguments)
+    assert result.exit_code == 2
+    assert expected in result.stderr
+
+
+def test_export_of_no_sweep_is_named(lenscl, tmp_path: Path) -> None:
+    result = lenscl("export", tmp_path, "--csv")
+    assert result.exit_code == 1
+    assert result.stderr.startswith(f"Error: {tmp_path / 'sweep.sqlite'}: no such file")
+
+
+def test_new_makes_a_study_that_is_sound_and_has_nothing_to_warn_of(lenscl, starter: Path) -> None:
+    found = json.loads(lenscl("check", starter / "study.toml", "--json").stdout)
+    assert found["points"] == 9
+    assert len(found["pictures"]) >= 2
+    assert all(picture["error"] is None for picture in found["pictures"])
+    assert {spot["kind"] for spot in found["hard_spots"]} <= {"march-step"}
+
+
+def test_new_refuses_a_folder_with_anything_in_it(lenscl, tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    result = lenscl("new", tmp_path)
+    assert result.exit_code == 1
+    assert "is not empty" in result.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+    (tmp_path / "empty folder").mkdir()
+    made = lenscl("new", tmp_path / "empty folder")
+    assert made.exit_code == 0
+    assert f"lenscl sweep '{tmp_path}/empty folder/study.toml'" in made.stdout

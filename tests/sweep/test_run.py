@@ -1,0 +1,305 @@
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lenscl.config import load_study
+from lenscl.device import compile_count
+from lenscl.imaging import read_picture, write_image
+from lenscl.status import RayStatus
+from lenscl.sweep import Row, Store, SweepError, csv_lines, plan_sweep, run_sweep, runner
+from lenscl.sweep.rows import COUNT_COLUMNS
+from lenscl.sweep.store import STORE_NAME
+
+Outputs = Callable[[Path], dict[str, bytes]]
+
+
+def sweep(study_path: Path, out: Path, **options: object) -> list[Row]:
+    return list(run_sweep(plan_sweep(load_study(study_path), out), **options))
+
+
+def first_picture(study_path: Path) -> Path:
+    return min((study_path.parent / "pictures").iterdir())
+
+
+def test_every_point_and_picture_yields_an_image_and_a_row_in_work_order(study_path: Path, outputs: Outputs) -> None:
+    out = study_path.parent / "out"
+    rows = sweep(study_path, out)
+    assert [row.state for row in rows] == ["done"] * 12
+    assert [row.output for row in rows] == sorted(outputs(out))
+    assert [row.index for row in rows] == [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3]
+    for row in rows:
+        assert sum(row.counts.values()) == 20 * 12
+        assert row.seconds > 0
+        assert read_picture(out / row.output).pixels.shape == (12, 20, 3)
+    assert len(set(outputs(out).values())) == 12  # every lens and every picture looks different
+
+
+def test_a_sweep_over_numbers_builds_one_trace_program_and_traces_each_point_once(
+    study_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    traced = []
+    real = runner.trace
+    monkeypatch.setattr(runner, "trace", lambda scene, **options: traced.append(scene) or real(scene, **options))
+    before = compile_count()
+    sweep(study_path, study_path.parent / "out")
+    assert compile_count() - before <= 1
+    assert len(traced) == 4
+
+
+def test_an_image_carries_its_parameters_but_no_clock_host_or_place(study_path: Path) -> None:
+    from lenscl.imaging import read_metadata
+
+    out = study_path.parent / "out"
+    row = sweep(study_path, out)[4]
+    about = read_metadata(out / row.output)
+    assert about["parameters"] == {"lens.c": 0.4, "lens.n": 1.5}
+    assert about["picture"] == row.picture
+    assert "c = 0.4" in about["scene"]
+    text = json.dumps(about)
+    assert str(study_path.parent) not in text
+    assert os.uname().nodename not in text
+
+
+def test_two_undisturbed_runs_give_equal_bytes(study_path: Path, outputs: Outputs) -> None:
+    sweep(study_path, study_path.parent / "a")
+    sweep(study_path, study_path.parent / "b")
+    a, b = outputs(study_path.parent / "a"), outputs(study_path.parent / "b")
+    assert a == b
+    assert len(a) == 12
+
+
+def test_a_second_run_makes_nothing_and_lists_the_same_rows(study_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = study_path.parent / "out"
+    axes = load_study(study_path).axes
+    first = list(csv_lines(sweep(study_path, out), axes))
+    monkeypatch.setattr(runner, "trace", lambda *_, **__: pytest.fail("nothing needs tracing"))
+    again = sweep(study_path, out)
+    assert list(csv_lines(again, axes)) == first
+    assert all(row.kept for row in again)
+
+
+def test_only_what_is_missing_or_changed_is_made_again(study_path: Path, outputs: Outputs) -> None:
+    out = study_path.parent / "out"
+    rows = sweep(study_path, out)
+    before = outputs(out)
+    (out / rows[2].output).unlink()
+    (out / rows[7].output).write_bytes(b"scribbled over")
+    again = sweep(study_path, out)
+    assert [number for number, row in enumerate(again) if not row.kept] == [2, 7]
+    assert outputs(out) == before
+
+
+def test_one_more_value_on_an_axis_makes_only_the_new_points(study_path: Path) -> None:
+    out = study_path.parent / "out"
+    sweep(study_path, out)
+    study_path.write_text(study_path.read_text().replace("[0.4, 0.6]", "[0.4, 0.6, 0.7]"))
+    again = sweep(study_path, out)
+    assert [row.kept for row in again] == [True] * 12 + [False] * 6
+
+
+def test_fresh_makes_everything_again(study_path: Path, outputs: Outputs) -> None:
+    out = study_path.parent / "out"
+    sweep(study_path, out)
+    before = outputs(out)
+    assert not any(row.kept for row in sweep(study_path, out, fresh=True))
+    assert outputs(out) == before
+    (out / STORE_NAME).write_text("damaged " * 1000)
+    with pytest.raises(SweepError, match="--fresh"):
+        sweep(study_path, out)
+    assert not any(row.kept for row in sweep(study_path, out, fresh=True))
+
+
+def test_bad_pictures_fail_alone_and_are_named(study_path: Path, outputs: Outputs) -> None:
+    pictures = study_path.parent / "pictures"
+    good = sweep(study_path, study_path.parent / "good")
+    write_image(pictures / "zz-photo.jpg", np.zeros((64, 64, 3), np.uint8), metadata={})
+    whole = (pictures / "zz-photo.jpg").read_bytes()
+    (pictures / "zz-photo.jpg").write_bytes(whole[: len(whole) * 3 // 4])
+    (pictures / "zz-text.png").write_text("I am a text.")
+    (pictures / "zz-empty.tif").write_bytes(b"")
+    rows = sweep(study_path, study_path.parent / "out")
+    bad = {"zz-photo.jpg", "zz-text.png", "zz-empty.tif"}
+    assert {row.picture for row in rows if row.state == "failed"} == bad
+    assert [row.state for row in rows].count("failed") == 4 * 3
+    for row in rows:
+        if row.state == "failed":
+            assert row.picture in row.error
+            assert row.seconds is None
+    assert outputs(study_path.parent / "out") == outputs(study_path.parent / "good")
+    assert len(good) == 12
+
+    # Mended, they are made, and nothing else is
+    for name in bad:
+        write_image(pictures / name, np.full((8, 8, 3), 99, np.uint8), metadata={})
+    again = sweep(study_path, study_path.parent / "out")
+    assert {row.picture for row in again if not row.kept} == bad
+    assert all(row.state == "done" for row in again)
+
+
+def test_a_picture_that_changes_while_the_sweep_runs_fails_alone(study_path: Path) -> None:
+    plan = plan_sweep(load_study(study_path), study_path.parent / "out")
+    path = first_picture(study_path)
+    write_image(path, np.zeros((9, 9, 3), np.uint8), metadata={})
+    rows = list(run_sweep(plan))
+    assert {row.picture for row in rows if row.state == "failed"} == {path.name}
+    assert "was changed while the sweep ran" in rows[0].error
+    assert all(row.state == "done" for row in sweep(study_path, plan.out))
+
+
+def test_a_point_that_cannot_be_traced_fails_alone(study_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = runner.trace
+
+    def faulty(scene, **options):
+        if scene.lenses[0].values["c"] == 0.6 and scene.lenses[0].n == 1.3:
+            raise RuntimeError("the driver\nstumbled")
+        return real(scene, **options)
+
+    monkeypatch.setattr(runner, "trace", faulty)
+    rows = sweep(study_path, study_path.parent / "out")
+    assert [row.index for row in rows if row.state == "failed"] == [2, 2, 2]  # nothing else is harmed
+    assert rows[6].error == "RuntimeError: the driver stumbled"
+    monkeypatch.undo()
+    assert [row.kept for row in sweep(study_path, study_path.parent / "out")] == [True] * 6 + [False] * 3 + [True] * 3
+
+
+def test_an_image_that_cannot_be_written_fails_alone(study_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = runner.write_image
+
+    def faulty(path, *arguments, **options):
+        if path.name.startswith("00001"):
+            raise OSError(28, "No space left on device")
+        real(path, *arguments, **options)
+
+    monkeypatch.setattr(runner, "write_image", faulty)
+    rows = sweep(study_path, study_path.parent / "out")
+    assert [row.index for row in rows if row.state == "failed"] == [1, 1, 1]
+    assert "No space left on device" in rows[3].error
+
+
+def test_stopping_finishes_what_is_on_its_way_and_the_next_run_goes_on(study_path: Path, outputs: Outputs) -> None:
+    out = study_path.parent / "out"
+    plan = plan_sweep(load_study(study_path), out)
+    asked = iter([False] * (12 + 5) + [True])  # once for each line of the work list, then for each image
+    rows = list(run_sweep(plan, stop=lambda: next(asked)))
+    assert len(rows) == 5
+    assert all(row.state == "done" for row in rows)
+    assert len(outputs(out)) == 5
+    with Store.reading(out) as store:
+        assert [row.state for row in store.rows()] == ["done"] * 5 + ["pending"] * 7
+    again = sweep(study_path, out)
+    assert [row.kept for row in again] == [True] * 5 + [False] * 7
+    sweep(study_path, study_path.parent / "undisturbed")
+    assert outputs(out) == outputs(study_path.parent / "undisturbed")
+
+
+def test_stopping_while_the_work_list_is_written_leaves_the_folder_as_it_was(
+    study_path: Path, outputs: Outputs
+) -> None:
+    out = study_path.parent / "out"
+    sweep(study_path, out)
+    study_path.write_text(study_path.read_text().replace("a = 1.0", "a = 1.1"))
+    asked = iter([False] * 3 + [True])
+    assert list(run_sweep(plan_sweep(load_study(study_path), out), stop=lambda: next(asked))) == []
+    with Store.reading(out) as store:
+        assert [row.state for row in store.rows()] == ["done"] * 12
+
+
+def test_giving_up_the_iteration_notes_what_was_on_its_way(study_path: Path, outputs: Outputs) -> None:
+    out = study_path.parent / "out"
+    rows = run_sweep(plan_sweep(load_study(study_path), out))
+    next(rows)
+    rows.close()
+    with Store.reading(out) as store:
+        noted = {row.output for row in store.rows() if row.state == "done"}
+    assert noted == set(outputs(out))
+    assert noted
+
+
+def test_images_on_their_way_are_few_however_slow_the_disk(study_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun, ended, most = [], [], []
+    lock = threading.Lock()
+    real_paint, real_write = runner.paint_as_told, runner.write_image
+
+    def paints(*arguments):
+        with lock:
+            begun.append(1)
+            most.append(len(begun) - len(ended))
+        return real_paint(*arguments)
+
+    def writes(*arguments, **options):
+        time.sleep(0.02)
+        real_write(*arguments, **options)
+        with lock:
+            ended.append(1)
+
+    monkeypatch.setattr(runner, "paint_as_told", paints)
+    monkeypatch.setattr(runner, "write_image", writes)
+    sweep(study_path, study_path.parent / "out")
+    assert len(begun) == 12
+    assert 1 < max(most) <= runner._IN_FLIGHT + 1
+
+
+def test_a_second_sweep_into_the_same_folder_is_refused_and_does_no_harm(study_path: Path, outputs: Outputs) -> None:
+    out = study_path.parent / "out"
+    rows = run_sweep(plan_sweep(load_study(study_path), out))
+    next(rows)
+    with pytest.raises(SweepError, match="another sweep is writing here"):
+        sweep(study_path, out, fresh=True)
+    assert len(list(rows)) == 11
+    assert len(outputs(out)) == 12
+
+
+def test_leftovers_of_dead_runs_are_removed(
+    study_path: Path, outputs: Outputs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = study_path.parent / "out"
+    sweep(study_path, out)
+    before = outputs(out)
+    # Die, as far as files can tell, just before the rename
+    monkeypatch.setattr(os, "replace", lambda *_: os._exit(9))
+    child = os.fork()
+    if child == 0:
+        write_image(out / "00000-dead.png", np.zeros((4, 4, 3), np.uint8), metadata={})
+        os._exit(0)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 9
+    monkeypatch.undo()
+    assert len(outputs(out)) == len(before) + 1
+    sweep(study_path, out)
+    assert outputs(out) == before
+
+
+def test_the_table_as_csv_has_one_column_for_each_status_and_quotes_what_needs_it(study_path: Path) -> None:
+    pictures = study_path.parent / "pictures"
+    first_picture(study_path).rename(pictures / 'a "quoted", name.png')
+    (pictures / "zz,\nbad.png").write_text("no picture")
+    rows = sweep(study_path, study_path.parent / "out")
+    axes = load_study(study_path).axes
+    text = "\n".join(csv_lines(rows, axes, study_path.parent / "out"))
+    table = list(csv.DictReader(io.StringIO(text)))
+    assert len(table) == len(rows) == 16
+    assert list(table[0]) == [
+        "index", "lens.c", "lens.n", "picture",
+        "on_picture", "off_picture", "behind", "total_reflection", "trapped", "undecided", "blocked",
+        "seconds", "output", "error",
+    ]  # fmt: skip
+    for cells, row in zip(table, rows, strict=True):
+        assert (int(cells["index"]), float(cells["lens.c"]), cells["picture"]) == (
+            row.index, row.values["lens.c"], row.picture,
+        )  # fmt: skip
+        if row.state == "done":
+            assert Path(cells["output"]).is_file()
+            assert {status: int(cells[name]) for status, name in COUNT_COLUMNS.items()} == row.counts
+        else:
+            assert (cells["output"], cells["seconds"], cells["behind"]) == ("", "", "")
+            assert "bad.png" in cells["error"]
+    assert len(COUNT_COLUMNS) == len(RayStatus)
