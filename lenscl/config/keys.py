@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from lenscl.config.build import LENS_KEYS, NAME, is_catalogue_name
+from lenscl.config.build import COORDINATES, LENS_KEYS, NAME, is_catalogue_name
 from lenscl.config.problems import as_plain, key_text, nearest, study_error
 from lenscl.config.tables import PLANNED_EFFECTS, SCENE_TABLES
 from lenscl.effects import EFFECTS
@@ -53,11 +53,22 @@ def places(document: dict[str, Any]) -> dict[str, Place]:
         # One lens is reached with and without its name, several by their names only
         prefixes = [f"lens.{lens['name']}"] if "name" in lens else []
         for prefix in [*prefixes, "lens"] if len(lenses) == 1 else prefixes:
-            parameters = [key for key in lens if key not in LENS_KEYS]
+            parameters = dict.fromkeys(
+                [*(key for key in lens if key not in LENS_KEYS), *parameter_names(lens["surface"])]
+            )
             _add(found, prefix, lens, ["name", "surface", "bounds", *parameters, "centre", "stretch", "rotate", "n"])
     _add(found, "effects", document["effects"], [*EFFECTS, *(key for key in PLANNED_EFFECTS if key not in EFFECTS)])
     _add(found, "numerics", document["numerics"], [*SCENE_TABLES["numerics"].model_fields, "accuracy"])
     return found
+
+
+def parameter_names(formula: Any) -> list[str]:
+    """Return the parameters that a surface may have: its own of the catalogue, the words of an expression."""
+    if not isinstance(formula, str):
+        return []
+    if formula in catalogue():
+        return [parameter.name for parameter in catalogue()[formula].parameters]
+    return [] if is_catalogue_name(formula) else [word for word in NAME.findall(formula) if word not in COORDINATES]
 
 
 def _add(found: dict[str, Place], prefix: str, table: dict[str, Any], keys: list[str]) -> None:
@@ -132,16 +143,12 @@ def _write(table: dict[str, Any], key: str, value: Any) -> None:
 
 def _drop_old_surface(lens: dict[str, Any], new: str) -> None:
     """Take away the parameters that the new surface lacks, or that were the old one's defaults, and idle bounds."""
-    given = [key for key in lens if key not in LENS_KEYS]
-    if not is_catalogue_name(new):
-        words = set(NAME.findall(new))  # an expression has no defaults: what it names, it needs
-        dropped = [key for key in given if key not in words]
-    else:
+    has = set(parameter_names(new))
+    defaults: dict[str, float] = {}
+    if is_catalogue_name(new):  # an expression has no defaults: what it names, it needs
         lens.pop("bounds", None)
-        rows = catalogue()
-        has = {parameter.name for parameter in rows[new].parameters} if new in rows else set()
-        old = rows[lens["surface"]].parameters if lens["surface"] in rows else ()
-        defaults = {parameter.name: parameter.default for parameter in old}
-        dropped = [key for key in given if key not in has or lens[key] == defaults.get(key)]
-    for key in dropped:
-        del lens[key]
+        old = catalogue().get(lens["surface"])
+        defaults = {} if old is None else {parameter.name: parameter.default for parameter in old.parameters}
+    for key in [key for key in lens if key not in LENS_KEYS]:
+        if key not in has or lens[key] == defaults.get(key):
+            del lens[key]

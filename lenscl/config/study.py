@@ -12,15 +12,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from lenscl.config.build import NAME, is_catalogue_name, read_scene, read_table, unknown_top_keys
-from lenscl.config.keys import Place, key_problem, never_swept, places, whole_of
+from lenscl.config.build import read_scene, read_table, unknown_top_keys
+from lenscl.config.keys import places, whole_of
 from lenscl.config.load import parse_text, read_text
 from lenscl.config.problems import as_plain, file_text, key_text, short, study_error
 from lenscl.config.scene import Frozen, Scene
 from lenscl.config.sweep import Sweep, check_count, read_sweep
+from lenscl.config.sweep_keys import check_keys
 from lenscl.config.tables import TOP_KEYS, OutputTable, SweepTable
 from lenscl.errors import StudyError
-from lenscl.lenses import catalogue
 
 _MOST_CHECKED = 1000  # points built when a study is read: every value of every axis, up to so many
 _MOST_LOOKED_AT = 200_000  # points looked at to find them
@@ -245,7 +245,7 @@ def study_from_toml(text: str, *, folder: str | Path = ".", path: Path | None = 
     sweep = read_sweep(document, problems.append)
     output = _read_output(document, problems)
     if check_count(sweep, problems.append) and scene is not None:
-        _check_keys(sweep, scene, problems)
+        check_keys(sweep, scene, problems)
     if scene is None or problems:
         raise study_error(problems)
     study = Study(
@@ -302,65 +302,6 @@ def _read_title(document: Mapping[str, Any], default: str, problems: list[str]) 
 def _read_output(document: Mapping[str, Any], problems: list[str]) -> Output:
     table = read_table(OutputTable, document, "output", problems.append)
     return Output() if table is None else Output(format=table.format)
-
-
-def _check_keys(sweep: Sweep, scene: Scene, problems: list[str]) -> None:
-    """Report keys of the sweep that point nowhere, twice to one place, or to what no point can have."""
-    document = scene.document()
-    known = places(document)
-    _add_swept_parameters(known, sweep, document)
-    seen: dict[tuple[int, str, int | None], str] = {}
-    groups = [("sweep.axes", sweep.axes), *((f"sweep.zip[{i}]", group) for i, group in enumerate(sweep.zips))]
-    for at, group in groups:
-        for key, _ in group:
-            if not _check_key(at, key, known, document, problems):
-                continue
-            whole, own = known.get(whole_of(key) or ""), known[key]
-            if own.identity in seen or (whole is not None and whole.identity in seen):
-                other = seen.get(own.identity) or seen[whole.identity if whole is not None else own.identity]
-                problems.append(f"{at}.{key_text(key)}: varies already, by {other}; keep one of the two")
-            parts = [place.identity for name, place in known.items() if whole_of(name) == key]
-            for identity in parts:
-                if identity in seen:
-                    problems.append(f"{at}.{key_text(key)}: varies already in part, by {seen[identity]}")
-            seen[own.identity] = f"{at}.{key_text(key)}"
-    for place, point in enumerate(sweep.include):
-        for key in point:
-            _check_key(f"sweep.include[{place}]", key, known, document, problems)
-    for place, pattern in enumerate(sweep.exclude):
-        for key in pattern:
-            if key not in sweep.axis_keys():
-                listed = ", ".join(sweep.axis_keys()[:8]) or "none"
-                problems.append(f"sweep.exclude[{place}].{key_text(key)}: does not vary; the keys that do: {listed}")
-
-
-def _check_key(at: str, key: str, known: Mapping[str, Place], document: Mapping[str, Any], problems: list[str]) -> bool:
-    if never_swept(key) or key == "title" or key.split(".")[0] in ("output", "sweep"):
-        problems.append(f"{at}.{key_text(key)}: cannot vary from point to point")
-        return False
-    problem = key_problem(key, known, document)
-    if problem is not None:
-        problems.append(f"{at}.{problem}")
-    return problem is None
-
-
-def _add_swept_parameters(known: dict[str, Place], sweep: Sweep, document: dict[str, Any]) -> None:
-    """Add the parameters of surfaces that the sweep itself puts in: whether a point has them, the point will say."""
-    for key, values in ((key, axis.make()) for key, axis in _listed(sweep) if key.endswith(".surface")):
-        place = known.get(key)
-        for formula in values if place is not None else ():
-            if not isinstance(formula, str) or place is None:
-                continue
-            row = catalogue().get(formula)
-            names = NAME.findall(formula) if row is None and not is_catalogue_name(formula) else []
-            for name in names if row is None else [parameter.name for parameter in row.parameters]:
-                known.setdefault(f"{key.removesuffix('.surface')}.{name}", Place(place.table, name, None))
-
-
-def _listed(sweep: Sweep) -> Iterator[tuple[str, Any]]:
-    for key, axis in itertools.chain(sweep.axes, *sweep.zips):
-        if hasattr(axis, "values"):
-            yield key, axis
 
 
 def _check_points(study: Study) -> None:

@@ -243,6 +243,9 @@ def test_a_surface_can_be_swept_with_the_parameters_that_only_some_have(base):
 "lens.R" = [0.5, 0.6]
 [[sweep.include]]
 "lens.surface" = "sphere"
+[[sweep.include]]
+"lens.surface" = "ellipsoid"
+"lens.a" = 2
 """
     )
     lenses = [point.scene.lenses[0] for point in study.points()]
@@ -250,8 +253,9 @@ def test_a_surface_can_be_swept_with_the_parameters_that_only_some_have(base):
         ("torus", {"R": 0.5, "r": 0.25}),
         ("torus", {"R": 0.6, "r": 0.25}),
         ("sphere", {"r": 1.0}),
+        ("ellipsoid", {"a": 2.0, "b": 1.0, "c": 1.0, "r": 1.0}),
     ]
-    assert dict(list(study.points())[-1].values) == {"lens.surface": "sphere", "lens.R": None}
+    assert dict(list(study.points())[2].values) == {"lens.surface": "sphere", "lens.R": None, "lens.a": None}
 
 
 def test_the_sampled_modes_name_the_fix_where_scipy_is_missing(base):
