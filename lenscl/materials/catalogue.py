@@ -120,9 +120,7 @@ _ROWS = (
         index=Sellmeier((0.3306, 4.3356), (0.1750**2, 0.1060**2), (226.0, 650.0)),
         source="Peter 1923, Z. Phys. 15, 358",
     ),
-    Material(
-        name="acrylic", index=Sellmeier((1.1819,), (0.011313,), (436.8, 1052.0)), source=_SULTANOVA + ", PMMA"
-    ),
+    Material(name="acrylic", index=Sellmeier((1.1819,), (0.011313,), (436.8, 1052.0)), source=_SULTANOVA + ", PMMA"),
     Material(
         name="polycarbonate", index=Sellmeier((1.4182,), (0.021304,), (436.8, 1052.0)), source=_SULTANOVA + ", PC"
     ),

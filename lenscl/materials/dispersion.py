@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from lenscl.errors import StudyError
 
 D_LINE = 587.5618  # nm, the helium d line, at which a catalogue states its n_d
-LOWEST_N, HIGHEST_N = 1e-3, 1e3  # what a study may ask for: beyond both, refraction has no digits left in single precision
+LOWEST_N, HIGHEST_N = 1e-3, 1e3  # what a study may ask for; single precision still refracts there
 _SHORTEST_NM, _LONGEST_NM = 1.0, 1e7  # far beyond every table, and safe to square
 
 Range = tuple[float, float]
