@@ -29,6 +29,7 @@ CONFIG_READS = {"errors", "lenses", "materials", "methods", "effects"}
 CONFIG_READERS_FLOOR = FLOOR["tracing"]
 # reference is a house of its own: it shares no code with what it judges
 REFERENCE_READS = {"errors", "status", "expr", "lenses", "materials", "config"}
+REFERENCE_READERS = {"accuracy", "cli"}  # what measures errors, and `lenscl doctor`
 EXCEPTIONS = {
     ("imaging", "tracing"),  # painting and ST maps take a RayMap
 }
@@ -62,7 +63,7 @@ def fault(room: str, imported: str) -> str | None:
     elif imported == "config":
         allowed = FLOOR[room] >= CONFIG_READERS_FLOOR
     elif imported == "reference":
-        allowed = room == "accuracy"
+        allowed = room in REFERENCE_READERS
     else:
         allowed = FLOOR[imported] < FLOOR[room]
     return None if allowed else f"{room} imports {imported}"
