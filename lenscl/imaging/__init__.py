@@ -1,0 +1,30 @@
+"""Pictures in and out: read them, look at them through a ray map, write them with their parameters, draw samples.
+
+>>> import numpy as np
+>>> from lenscl.imaging import SAMPLES, draw
+>>> draw("checkers", 64).shape, sorted(SAMPLES)[0]
+((64, 64, 3), 'cat')
+"""
+
+from __future__ import annotations
+
+from lenscl.imaging.encoding import Encoding
+from lenscl.imaging.maps import write_map
+from lenscl.imaging.paint import Filter, Painter, paint
+from lenscl.imaging.read import Picture, read_metadata, read_picture
+from lenscl.imaging.samples import SAMPLES, draw
+from lenscl.imaging.write import write_image
+
+__all__ = [
+    "SAMPLES",
+    "Encoding",
+    "Filter",
+    "Painter",
+    "Picture",
+    "draw",
+    "paint",
+    "read_metadata",
+    "read_picture",
+    "write_image",
+    "write_map",
+]

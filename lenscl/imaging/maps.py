@@ -1,0 +1,99 @@
+"""Write a ray map for other programs: an ST map for compositors, or every array for numpy.
+
+An ST map is a picture whose red and green say where on another picture each pixel looks: R = s from the left, G = 1 - t
+from the bottom, as in Nuke's STMap and OpenImageIO's `st_warp` with flip_t. B is 0. A is 1 where the ray landed on the
+picture and 0 elsewhere; R = G = -1 where it met the picture's plane nowhere.
+"""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lenscl.errors import ImageError
+from lenscl.imaging.atomic import whole_file
+from lenscl.imaging.write import write_image
+from lenscl.status import RayStatus
+
+_ARRAYS = ("st", "status", "events", "origin", "direction")
+_HAS_PLACE = tuple(int(status) for status in RayStatus if status.lands)
+
+
+class WritableMap(Protocol):
+    """What writing reads of a ray map."""
+
+    @property
+    def st(self) -> NDArray[Any]:
+        """Places on the picture, (rows, columns, 2)."""
+
+    @property
+    def status(self) -> NDArray[np.uint8]:
+        """The `RayStatus` of every ray."""
+
+    @property
+    def events(self) -> NDArray[np.uint8]:
+        """Surfaces met."""
+
+    @property
+    def origin(self) -> NDArray[Any]:
+        """Starts of the last legs, (rows, columns, 3)."""
+
+    @property
+    def direction(self) -> NDArray[Any]:
+        """Directions of the last legs, (rows, columns, 3)."""
+
+    @property
+    def scene(self) -> Any:
+        """What was traced; `to_toml()` makes a text of it."""
+
+
+def write_map(path: str | PathLike[str], raymap: WritableMap) -> None:
+    """Write a ray map as `.exr` (an ST map, float32 RGBA) or `.npz` (every array, in the precision traced).
+
+    Parameters
+    ----------
+    path : path
+        The suffix decides. Equal ray maps give equal bytes.
+    raymap : RayMap
+        In an `.npz` each array has its attribute's name: st, status, events, origin, direction; `scene_toml` is the
+        scene as text. The seconds are left out. An EXR carries `scene_toml` among its parameters.
+
+    Raises
+    ------
+    ImageError
+        If the suffix is another, or the file cannot be written.
+    """
+    file = Path(path)
+    scene_toml: str = raymap.scene.to_toml()
+    match file.suffix.lower():
+        case ".exr":
+            write_image(file, _st_map(raymap), metadata={"scene_toml": scene_toml})
+        case ".npz":
+            _write_npz(file, raymap, scene_toml)
+        case other:
+            raise ImageError(f"{file}: a ray map is written as .exr (an ST map) or .npz (numpy arrays), not {other!r}")
+
+
+def _st_map(raymap: WritableMap) -> NDArray[np.float32]:
+    has_place = np.isin(raymap.status, _HAS_PLACE)
+    image = np.zeros((*raymap.status.shape, 4), np.float32)
+    image[..., 0] = np.where(has_place, raymap.st[..., 0], -1.0)
+    image[..., 1] = np.where(has_place, 1.0 - raymap.st[..., 1].astype(np.float64), -1.0)
+    image[..., 3] = raymap.status == RayStatus.PICTURE
+    return image
+
+
+def _write_npz(file: Path, raymap: WritableMap, scene_toml: str) -> None:
+    arrays: dict[str, Any] = {name: np.ascontiguousarray(getattr(raymap, name)) for name in _ARRAYS}
+    arrays["scene_toml"] = np.array(scene_toml)
+    with whole_file(file, sum(array.nbytes for array in arrays.values()) + 2**16) as temporary:
+        with temporary.open("wb") as stream:
+            np.savez(stream, **arrays)  # its zip entries carry the year 1980, not the clock
+        with np.load(temporary) as stored:  # reads the table at the file's very end
+            is_same = stored.files == list(arrays)
+        if not is_same:
+            raise ImageError(f"{file}: does not read back as it was written; is the disk full or faulty?")

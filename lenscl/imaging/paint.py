@@ -1,0 +1,255 @@
+"""Colour a ray map with a picture, on the OpenCL device that traced it.
+
+Input: a ray map and pixels (H, W, C). Output: pixels (rows, columns, C) of the same type. A picture's samples stand at
+(i + 1/2) / W; between them colours are mixed in linear light, and the edges go on outwards. Each film pixel is one
+point: nothing is averaged where the lens makes the picture smaller.
+
+Alpha is the last of 2 or 4 channels. Integers carry straight alpha and are mixed multiplied by it, so that no hidden
+colour shows; floats carry colour already multiplied (associated), as EXR does. Floats are never cut off; integers are
+held within their range, where a bicubic mix can overshoot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any, Literal, Protocol, TypeAlias, cast, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lenscl.codegen import fragment
+from lenscl.device import Buffer, Device, Program
+from lenscl.errors import StudyError
+from lenscl.imaging.encoding import (
+    DTYPES,
+    ENCODE_STEPS,
+    Encoding,
+    decode_table,
+    encode_table,
+    encoding_of,
+    full_scale,
+)
+from lenscl.status import RayStatus
+
+Filter: TypeAlias = Literal["nearest", "bilinear", "bicubic"]
+
+_CHANNELS = (1, 2, 3, 4)
+_BITS = {1: "uchar", 2: "ushort", 4: "uint", 8: "ulong"}  # what a pixel of so many bytes is as bits
+_FLOATS = {"float16": "paint_half.cl", "float32": "paint_single.cl", "float64": "paint_double.cl"}
+
+
+class PaintableMap(Protocol):
+    """What painting reads of a ray map."""
+
+    @property
+    def st(self) -> NDArray[Any]:
+        """Places on the picture, (rows, columns, 2), float32 or float64."""
+
+    @property
+    def status(self) -> NDArray[np.uint8]:
+        """The `RayStatus` of every ray, (rows, columns)."""
+
+    @property
+    def device(self) -> Device:
+        """The device to paint on."""
+
+
+class Painter:
+    """A ray map held on its device, ready to paint any number of pictures.
+
+    Parameters
+    ----------
+    raymap : RayMap
+        Of it only `st`, `status` and `device` are read.
+
+    Examples
+    --------
+    One trace serves a whole folder::
+
+        painter = Painter(lenscl.trace(scene))
+        painted = [painter.paint(read_picture(path).pixels) for path in paths]
+    """
+
+    def __init__(self, raymap: PaintableMap) -> None:
+        self._shape: tuple[int, int] = raymap.status.shape[:2]
+        self._double_places = raymap.st.dtype == np.float64
+        self._device = raymap.device
+        self._places = raymap.device.upload(raymap.st)
+        self._status = raymap.device.upload(raymap.status)
+
+    def paint(
+        self,
+        pixels: NDArray[Any],
+        *,
+        filter: str = "bilinear",  # noqa: A002 - the word of the study file
+        encoding: str | None = None,
+        outside: ArrayLike = 0,
+    ) -> NDArray[Any]:
+        """Return the picture seen through the film; see `paint`."""
+        picture = _as_picture(pixels)
+        height, width, channels = picture.shape
+        filter_name, curve = _filter_of(filter), encoding_of(picture.dtype, encoding)
+        source = _source(picture.dtype.name, channels, self._double_places, filter_name, curve)
+        device = self._device
+        if "double" in source and not device.has_double:
+            raise StudyError([f"pixels: {device.label} has no double precision; give the picture as float32"])
+        program = device.build(source, kind="paint")
+
+        outside_colour = device.upload(_outside_colour(outside, picture.dtype, channels))
+        pixels_there = device.upload(picture)
+        light_there = pixels_there
+        if filter_name != "nearest":
+            light_there = _lighten(program, picture, pixels_there)
+        painted = np.empty((*self._shape, channels), picture.dtype)
+        painted_there = device.empty(painted.nbytes)
+        count = self._shape[0] * self._shape[1]
+        program.run(
+            "paint",
+            count,
+            [
+                np.int64(count),
+                self._places,
+                self._status,
+                np.int32(width),
+                np.int32(height),
+                pixels_there,
+                light_there,
+                device.upload(encode_table()),
+                outside_colour,
+                painted_there,
+            ],
+        )
+        device.download(painted_there, painted)
+        return painted if pixels.ndim == 3 else painted[..., 0]
+
+
+def paint(
+    raymap: PaintableMap,
+    pixels: NDArray[Any],
+    *,
+    filter: str = "bilinear",  # noqa: A002 - the word of the study file
+    encoding: str | None = None,
+    outside: ArrayLike = 0,
+) -> NDArray[Any]:
+    """Colour every film pixel from the place on the picture that its ray found.
+
+    Parameters
+    ----------
+    raymap : RayMap
+        Rays of status PICTURE take their colour at `st`, all others take `outside`.
+    pixels : array, shape (H, W, C) or (H, W)
+        uint8, uint16, float16, float32 or float64; C = 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA. The picture and the
+        result must each fit into one allocation of the device.
+    filter : str
+        "nearest" copies the pixel (floor(t H), floor(s W)) bit for bit; "bilinear" mixes 2 x 2 samples, "bicubic"
+        (Catmull-Rom, which passes through the samples and overshoots at hard edges) 4 x 4.
+    encoding : str, optional
+        "srgb" or "linear"; default "srgb" for integers, "linear" for floats.
+    outside : number or sequence
+        In the pixels' own numbers (0 to 255 for uint8): one for all colours, or one a colour, or one a channel. Where
+        alpha is not given it is 1.
+
+    Returns
+    -------
+    array, shape (rows, columns, C) or (rows, columns)
+        Of the dtype of `pixels`. A picture of one colour stays exactly that colour (sRGB-encoded floats to rounding).
+        Where the mixed alpha of an integer picture is 0, the colour is the nearest pixel's. A pixel that is NaN or Inf
+        makes the places NaN or Inf whose mix includes it, and no others.
+
+    Raises
+    ------
+    StudyError
+        If an argument is not one of those above; the message says which and what is.
+    TraceError
+        If the device has not the memory.
+    """
+    return Painter(raymap).paint(pixels, filter=filter, encoding=encoding, outside=outside)
+
+
+def _lighten(program: Program, picture: NDArray[Any], pixels_there: Buffer) -> Buffer:
+    """Return the picture on the device as linear light, colour multiplied by alpha."""
+    device = program.device
+    is_integer = picture.dtype.kind == "u"
+    light_of = decode_table(picture.dtype.name) if is_integer else np.zeros(1, np.float32)  # floats read no table
+    light_there = device.empty(picture.size * max(4, picture.itemsize))
+    count = picture.shape[0] * picture.shape[1]
+    program.run("lighten", count, [np.int64(count), pixels_there, device.upload(light_of), light_there])
+    return light_there
+
+
+def _as_picture(pixels: NDArray[Any]) -> NDArray[Any]:
+    """Return pixels as a native, contiguous (H, W, C) array."""
+    if pixels.dtype.name not in DTYPES:
+        raise StudyError([f"pixels: {pixels.dtype} is not painted; convert the picture to one of {', '.join(DTYPES)}"])
+    picture = pixels[..., np.newaxis] if pixels.ndim == 2 else pixels
+    if picture.ndim != 3 or 0 in picture.shape or picture.shape[2] not in _CHANNELS:
+        raise StudyError(
+            [f"pixels: the shape is {pixels.shape}; expected (H, W) or (H, W, C) with C = 1 to 4 and no side of 0"]
+        )
+    return np.ascontiguousarray(picture, dtype=picture.dtype.newbyteorder("="))
+
+
+def _filter_of(name: str) -> Filter:
+    if name not in get_args(Filter):
+        raise StudyError([f"filter: {name!r} is not known; it is one of {', '.join(get_args(Filter))}"])
+    return cast(Filter, name)
+
+
+def _outside_colour(outside: ArrayLike, dtype: np.dtype[Any], channels: int) -> NDArray[Any]:
+    """Return one stored number a channel."""
+    values = np.atleast_1d(np.asarray(outside, dtype=np.float64))
+    most = full_scale(dtype)
+    colours = channels - (channels % 2 == 0)
+    if values.ndim != 1 or (len(values) not in (1, colours, channels) and not _is_grey(values, colours)):
+        raise StudyError(
+            [f"outside: {values.size} numbers for a picture of {channels} channels; expected 1, or one a channel"]
+        )
+    if dtype.kind == "u" and not np.all((values >= 0) & (values <= most) & (values == np.rint(values))):
+        raise StudyError(
+            [
+                f"outside: {_listed(values)} must be whole numbers from 0 to {most}, for the picture is {dtype}; "
+                f"a share of full scale is to be multiplied by {most}"
+            ]
+        )
+    if len(values) != channels:
+        alpha = [float(most)] * (channels - colours)
+        values = np.concatenate([np.broadcast_to(values[:1] if len(values) != colours else values, colours), alpha])
+    return values.astype(dtype)
+
+
+def _is_grey(values: NDArray[np.float64], colours: int) -> bool:
+    """Whether an RGB colour is a grey, and so can stand outside a grey picture."""
+    return colours == 1 and len(values) == 3 and bool(np.all(values == values[0]))
+
+
+def _listed(values: NDArray[np.float64]) -> str:
+    return ", ".join(f"{value:g}" for value in values)
+
+
+@cache
+def _source(dtype_name: str, channels: int, double_places: bool, filter_name: Filter, encoding: Encoding) -> str:
+    """Return the text of one paint program: the head, then the fragments that the picture calls for."""
+    dtype = np.dtype(dtype_name)
+    head = {
+        "PLACE": "double" if double_places else "float",
+        "STORED": _BITS[dtype.itemsize],
+        "WORK": "double" if dtype.itemsize == 8 and filter_name != "nearest" else "float",
+        "CHANNELS": channels,
+        "ON_PICTURE": int(RayStatus.PICTURE),
+    }
+    names: Sequence[str] = ("paint_nearest.cl",)
+    if filter_name != "nearest":
+        if dtype.kind == "u":
+            head |= {"FULL_SCALE": full_scale(dtype), "ENCODE_STEPS": ENCODE_STEPS}
+            light = ("paint_codes.cl", f"paint_codes_{encoding}.cl")
+            mix = "paint_straight.cl" if channels in (2, 4) else "paint_opaque.cl"
+        else:
+            light = (_FLOATS[dtype_name], f"paint_floats_{encoding}.cl")
+            mix = "paint_opaque.cl"
+        names = (*light, mix, "paint_light.cl", f"paint_{filter_name}.cl", "paint_blend.cl")
+    lines = [f"#define {name} {value}\n" for name, value in head.items()]
+    if "double" in head.values():
+        lines.append("#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n")
+    parts = ("paint_picture.cl", *names, "paint.cl")
+    return "".join(lines) + "".join(f'#line 1 "{name}"\n{fragment(name)}' for name in parts)

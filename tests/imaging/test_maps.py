@@ -1,0 +1,118 @@
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import OpenImageIO
+import pytest
+from imaging.maps import every_pixel, landing
+
+from lenscl.errors import ImageError
+from lenscl.imaging import draw, paint, read_metadata, read_picture, write_map
+from lenscl.status import RayStatus
+
+
+@dataclass(frozen=True)
+class Scene:
+    text: str
+
+    def to_toml(self) -> str:
+        return self.text
+
+
+@dataclass(frozen=True)
+class WholeMap:
+    st: Any
+    status: Any
+    events: Any
+    origin: Any
+    direction: Any
+    scene: Scene
+    trace_seconds: float
+
+
+def some_map(precision: str, seconds: float = 0.1) -> WholeMap:
+    rng = np.random.default_rng(0)
+    status = np.arange(35, dtype=np.uint8).reshape(5, 7) % len(RayStatus)
+    st = rng.uniform(0, 1, (5, 7, 2))
+    st[status == RayStatus.OFF_PICTURE] += 3
+    st[~np.isin(status, (RayStatus.PICTURE, RayStatus.OFF_PICTURE))] = -1
+    origin, direction = rng.normal(size=(2, 5, 7, 3)).astype(precision)
+    scene = Scene('n = 1.5\ntitle = "é"\n')
+    return WholeMap(st.astype(precision), status, status // 2, origin, direction, scene, seconds)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_an_st_map_keeps_the_convention(tmp_path, precision):
+    raymap = some_map(precision)
+    write_map(tmp_path / "m.exr", raymap)
+    image = read_picture(tmp_path / "m.exr").pixels
+    assert image.dtype == np.float32
+    for status in RayStatus:
+        here = raymap.status == status
+        assert here.sum() == 5
+        assert (image[here, 3] == (status == RayStatus.PICTURE)).all()
+        if status.lands:
+            np.testing.assert_array_equal(image[here, 0], raymap.st[here, 0].astype(np.float32))
+            np.testing.assert_allclose(image[here, 1], 1 - raymap.st[here, 1].astype(float), atol=2e-7)
+        else:
+            assert (image[here, :2] == -1).all()
+    assert (image[..., 2] == 0).all()
+    assert read_metadata(tmp_path / "m.exr") == {"scene_toml": raymap.scene.to_toml()}
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_an_npz_has_the_attributes_under_their_names(tmp_path, precision):
+    raymap = some_map(precision)
+    write_map(tmp_path / "m.npz", raymap)
+    with np.load(tmp_path / "m.npz", allow_pickle=False) as stored:
+        assert set(stored.files) == {"st", "status", "events", "origin", "direction", "scene_toml"}
+        for name in ("st", "status", "events", "origin", "direction"):
+            np.testing.assert_array_equal(stored[name], getattr(raymap, name))
+            assert stored[name].dtype == getattr(raymap, name).dtype
+        assert str(stored["scene_toml"]) == raymap.scene.to_toml()
+
+
+@pytest.mark.parametrize("suffix", ["exr", "npz"])
+def test_equal_maps_give_equal_bytes_whatever_they_took(tmp_path, suffix):
+    write_map(tmp_path / f"a.{suffix}", some_map("float64", 0.1))
+    time.sleep(2.1)  # a zip's clock counts in twos
+    write_map(tmp_path / f"b.{suffix}", some_map("float64", 0.2))
+    assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()
+
+
+def test_another_suffix_is_refused_with_the_two_that_are_written(tmp_path):
+    with pytest.raises(ImageError, match=r"\.exr .* \.npz"):
+        write_map(tmp_path / "m.png", some_map("float32"))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_another_program_paints_the_st_map_as_we_do(tmp_path, opencl_device):
+    """OpenImageIO's st_warp with the written file, flipped in t; away from the border, where its filter differs."""
+    width, height = 96, 64
+    centre = every_pixel(width, height) - 0.5
+    turned = np.stack(
+        [centre[..., 0] * 0.8 + centre[..., 1] * 0.2, centre[..., 1] * 0.7 - centre[..., 0] * 0.1], axis=-1
+    )
+    turned += 0.5 + 0.02 * np.sin(9 * turned[..., ::-1])
+    raymap = landing(turned, opencl_device)
+    nothing = np.zeros((height, width, 3))
+    write_map(tmp_path / "m.exr", WholeMap(raymap.st, raymap.status, raymap.status, nothing, nothing, Scene(""), 0.0))
+    pixels = (draw("cat", (160, 120)) / 255).astype(np.float32)
+    ours = paint(raymap, pixels)
+
+    source = OpenImageIO.ImageBuf(pixels)
+    by_them = {}
+    st_map, film = OpenImageIO.ImageBuf(str(tmp_path / "m.exr")), OpenImageIO.ROI(0, width, 0, height)
+    for flip_t in (True, False):
+        warped = OpenImageIO.ImageBufAlgo.st_warp(source, st_map, "triangle", 2.0, flip_t=flip_t, roi=film)
+        assert not warped.has_error, warped.geterror()
+        by_them[flip_t] = warped.get_pixels(OpenImageIO.FLOAT)[..., :3]
+    inner = (turned > 0.05).all(axis=-1) & (turned < 0.95).all(axis=-1)
+    assert inner.sum() > 4000
+    difference = np.abs(by_them[True] - ours)[inner]
+    assert np.quantile(difference, 0.95) < 0.02, np.quantile(difference, [0.5, 0.9, 0.95, 0.99, 1])
+    # The other way up is another picture: the comparison can fail
+    assert np.quantile(np.abs(by_them[False] - ours)[inner], 0.5) > 0.05
