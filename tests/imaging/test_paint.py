@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 from hypothesis import event, given, settings
@@ -263,3 +265,22 @@ def test_a_request_that_cannot_be_painted_says_what_can(pixels, arguments, says,
     with pytest.raises(StudyError, match=r"^(pixels|filter|encoding|outside): ") as error:
         paint(raymap, pixels, **arguments)
     assert says in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("fault", "instead", "channels"),
+    [
+        ("s * picture->width - (PLACE)0.5f", "s * picture->width", 3),  # samples at i / W
+        ("held_within(column, picture->width)", "(column & 31)", 3),  # edges that wrap around
+        ("column + tap - BASE", "column + tap - BASE + 1", 3),  # a tap off by one
+        ("light_of[*code]", "(*code / (float)FULL_SCALE)", 3),  # encoded numbers taken for light
+        ("(pixel + c, light_of) * alpha", "(pixel + c, light_of)", 4),  # straight colour mixed as it is
+    ],
+)
+def test_a_broken_kernel_is_seen(fault, instead, channels, monkeypatch):
+    painting = import_module("lenscl.imaging.paint")
+    sound = painting._source
+    assert fault in sound("uint8", channels, True, "bilinear", "srgb")
+    monkeypatch.setattr(painting, "_source", lambda *arguments: sound(*arguments).replace(fault, instead))
+    with pytest.raises(AssertionError):
+        kernel_against_twin(1, "uint8", channels, "bilinear", "srgb", (37, 23), (61, 17), "float64")
