@@ -40,10 +40,11 @@ def kernel_source(structure: Structure) -> KernelSource:
 
 def _banner(structure: Structure) -> str:
     effects = ", ".join(effect.name for effect in structure.effects) or "none"
+    methods = "; ".join(dict.fromkeys(f"{method.name} {method.guarantee}" for method in structure.methods))
     lenses = ", ".join(structure.prefix(number) for number in range(len(structure.lenses)))
     return (
         f"// lenses   {lenses}\n// rays     {structure.rays}\n"
-        f"// method   {structure.method.name}: {structure.method.guarantee}\n"
+        f"// method   {methods}\n"
         f"// snell    {structure.snell}\n// effects  {effects}\n"
         f"// numbers  {structure.precision}, {structure.width} to a packet\n"
     )
@@ -55,9 +56,10 @@ def _generated(what: str) -> str:
 
 def _searched_surface(structure: Structure, prefix: str) -> Iterator[str]:
     yield _generated("a surface, from its expression")
-    yield surface_functions(prefix, structure.surfaces()[prefix], structure.precision)
+    method = structure.method(prefix)
+    yield surface_functions(prefix, structure.surfaces()[prefix], method.writes, structure.precision)
     yield f"#define SURFACE(name) {prefix}_##name\n"
-    for name in structure.method.fragments:
+    for name in method.fragments:
         yield located(name)
     yield "#undef SURFACE\n"
 

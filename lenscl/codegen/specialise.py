@@ -22,7 +22,7 @@ class Structure:
 
     lenses: tuple[Surface, ...]  # the surface of each lens, in the scene's order
     rays: Literal["point", "parallel", "given"]
-    method: Method
+    methods: tuple[Method, ...]  # of each lens; lenses of one surface share one
     snell: Literal["exact", "paraxial"]
     effects: tuple[Variant, ...]
     precision: Literal["single", "double"]
@@ -42,6 +42,14 @@ class Structure:
         """Return the C prefix of a lens's surface."""
         return next(name for name, surface in self.surfaces().items() if surface.key == self.lenses[lens].key)
 
+    def method(self, prefix: str) -> Method:
+        """Return the method that searches a surface, by its C prefix."""
+        return self.methods[self.lenses.index(self.surfaces()[prefix])]
+
+    def reads(self) -> tuple[str, ...]:
+        """Return the keys of [numerics] that any method reads, each once."""
+        return tuple(dict.fromkeys(key for method in self.methods for key in method.reads))
+
 
 def layout(structure: Structure) -> Layout:
     """Return the numbers that a structure's kernel takes as arguments."""
@@ -50,7 +58,9 @@ def layout(structure: Structure) -> Layout:
         Member("film", _FILM),
         Member("source", _SOURCES[structure.rays]),
         Member("picture", _PICTURE),
-        Member("method", Struct("method_t", tuple(Slot(key, 1, "scene units") for key in structure.method.reads))),
+        Member(
+            "method", Struct("method_t", tuple(Slot(key, 1, "scene units") for key in structure.reads()) or (EMPTY,))
+        ),
         Member("n_medium", comment="index around the lenses"),
     ]
     for number in range(len(structure.lenses)):

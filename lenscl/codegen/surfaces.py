@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from textwrap import shorten
 from typing import Literal
 
@@ -10,11 +10,14 @@ from lenscl.codegen.specialise import parameter_spelling
 from lenscl.expr import Expr, c_text, gradient
 from lenscl.lenses import Surface
 
+Precision = Literal["single", "double"]
+
 _COMMENT = 100  # characters of a formula that a comment shows
+_COORDINATES = {"x": "p.x", "y": "p.y", "z": "p.z"}
 
 
-def surface_functions(prefix: str, surface: Surface, precision: Literal["single", "double"]) -> str:
-    """Return the three functions that kernels/search.cl asks of a surface.
+def surface_functions(prefix: str, surface: Surface, wanted: Iterable[str], precision: Precision) -> str:
+    """Return what kernels/search.cl says of a surface: its gradient, and what its method calls besides.
 
     Parameters
     ----------
@@ -22,30 +25,60 @@ def surface_functions(prefix: str, surface: Surface, precision: Literal["single"
         The surface's own part of every C name.
     surface : Surface
         What to write.
+    wanted : iterable of str
+        Names of the functions that the method calls.
     precision : str
         How numbers are spelled.
     """
-    f = {"f": surface.expression}
-    slopes = dict(zip(("df_dx", "df_dy", "df_dz"), gradient(surface.expression), strict=True))
-    symbols = {"x": "p.x", "y": "p.y", "z": "p.z"}
-    symbols |= {name: f"shape.{c_name}" for name, c_name in parameter_spelling(surface).items()}
+    functions = (WRITERS[name](prefix, surface, precision) for name in dict.fromkeys((*wanted, "gradient")))
+    return "\n".join((f"// {prefix}: {_described(surface)}; negative inside", *functions))
 
-    def function(signature: str, outputs: Mapping[str, Expr], ending: str) -> str:
-        text = c_text(outputs, symbols=symbols, lanes=("x", "y", "z"), precision=precision)
-        lines = [*text.statements, *ending.format_map(text.results).splitlines()]
-        return f"static inline {signature} {{\n" + "".join(f"  {line}\n" for line in lines) + "}\n"
 
-    point = f"real3v p, {prefix}_t shape"
-    store = "g->x = (realv)({df_dx});\ng->y = (realv)({df_dy});\ng->z = (realv)({df_dz});"
-    make = "const real3v g = {{(realv)({df_dx}), (realv)({df_dy}), (realv)({df_dz})}};\nreturn g;"
-    return "\n".join(
-        (
-            f"// {prefix}: {_described(surface)}; negative inside",
-            function(f"realv {prefix}_f({point})", f, "return {f};"),
-            function(f"realv {prefix}_f_gradient({point}, real3v *g)", f | slopes, f"{store}\nreturn {{f}};"),
-            function(f"real3v {prefix}_gradient({point})", slopes, make),
-        )
-    )
+def function(
+    signature: str, outputs: Mapping[str, Expr], ending: str, symbols: Mapping[str, str], precision: Precision
+) -> str:
+    """Return a C function that computes outputs and ends as told, each {name} of an output being its C text."""
+    lanes = [name for name, spelled in symbols.items() if not spelled.startswith("shape.")]
+    text = c_text(outputs, symbols=symbols, lanes=lanes, precision=precision)
+    lines = [*text.statements, *ending.format_map(text.results).splitlines()]
+    return f"static inline {signature} {{\n" + "".join(f"  {line}\n" for line in lines) + "}\n"
+
+
+def shape_symbols(surface: Surface) -> dict[str, str]:
+    """Return the C spelling of a surface's parameters."""
+    return {name: f"shape.{c_name}" for name, c_name in parameter_spelling(surface).items()}
+
+
+def _value(prefix: str, surface: Surface, precision: Precision) -> str:
+    signature = f"realv {prefix}_f(real3v p, {prefix}_t shape)"
+    return function(signature, {"f": surface.expression}, "return {f};", _local(surface), precision)
+
+
+def _value_and_gradient(prefix: str, surface: Surface, precision: Precision) -> str:
+    signature = f"realv {prefix}_f_gradient(real3v p, {prefix}_t shape, real3v *g)"
+    ending = "g->x = {df_dx};\ng->y = {df_dy};\ng->z = {df_dz};\nreturn {f};"
+    return function(signature, {"f": surface.expression} | _slopes(surface), ending, _local(surface), precision)
+
+
+def _gradient(prefix: str, surface: Surface, precision: Precision) -> str:
+    signature = f"real3v {prefix}_gradient(real3v p, {prefix}_t shape)"
+    ending = "const real3v g = {{{df_dx}, {df_dy}, {df_dz}}};\nreturn g;"
+    return function(signature, _slopes(surface), ending, _local(surface), precision)
+
+
+WRITERS: dict[str, Callable[[str, Surface, Precision], str]] = {
+    "f": _value,
+    "f_gradient": _value_and_gradient,
+    "gradient": _gradient,
+}
+
+
+def _slopes(surface: Surface) -> dict[str, Expr]:
+    return dict(zip(("df_dx", "df_dy", "df_dz"), gradient(surface.expression), strict=True))
+
+
+def _local(surface: Surface) -> dict[str, str]:
+    return _COORDINATES | shape_symbols(surface)
 
 
 def _described(surface: Surface) -> str:

@@ -14,7 +14,8 @@ class Method:
     name: str
     fragments: tuple[str, ...]  # files of kernels/, in order, instantiated once for every distinct surface
     guarantee: str  # what it promises, in a sentence for users
-    reads: tuple[str, ...]  # the keys of [numerics] it reads
+    writes: tuple[str, ...]  # the functions of a surface that it calls, as codegen names them
+    reads: tuple[str, ...] = ()  # the keys of [numerics] it reads
 
 
 _ROWS = (
@@ -22,6 +23,7 @@ _ROWS = (
         name="march",
         fragments=("newton.cl", "search_march.cl"),
         guarantee="finds every crossing but pairs of crossings less than one step apart",
+        writes=("f", "f_gradient"),
         reads=("step", "tolerance"),
     ),
 )

@@ -191,7 +191,7 @@ def _structure(scene: Scene, rays: Any, chosen: Device) -> Structure:
     return Structure(
         lenses=tuple(lens.surface for lens in scene.lenses),
         rays=rays,
-        method=methods.choose(numerics.method),
+        methods=tuple(methods.choose(numerics.method) for _ in scene.lenses),
         snell=numerics.snell,
         effects=effects.wanted({key: getattr(scene.effects, key) for key in effects.EFFECTS}),
         precision=numerics.precision,
@@ -200,7 +200,7 @@ def _structure(scene: Scene, rays: Any, chosen: Device) -> Structure:
 
 
 def _check_steps(scene: Scene, structure: Structure) -> None:
-    if "step" not in structure.method.reads:
+    if "step" not in structure.reads():
         return
     diagonal = max(Placement.of(lens).diagonal() for lens in scene.lenses)
     if diagonal > _MARCH_STEPS * scene.numerics.step:

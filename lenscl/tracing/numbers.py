@@ -27,7 +27,7 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
     }
     values |= _prefixed("source", _source(scene, source.structure.rays))
     values |= _prefixed("picture", picture_numbers(scene))
-    values |= _prefixed("method", {key: _numeric(scene, key) for key in source.structure.method.reads})
+    values |= _prefixed("method", _method(scene, source.structure.reads()))
     for number, lens in enumerate(scene.lenses):
         values |= _prefixed(f"lens_{number}", {**Placement.of(lens).numbers(), "n": lens.n})
         values |= _prefixed(f"shape_{number}", source.shape_values(number, lens.values))
@@ -75,9 +75,10 @@ def _screen_corners(screen: Film | Picture) -> NDArray[np.float64]:
     return np.stack([corner, corner + right, corner + down, corner + right + down])
 
 
-def _numeric(scene: Scene, key: str) -> float:
-    value = getattr(scene.numerics, key)
-    return float(_TOLERANCE[scene.numerics.precision] if value is None else value)
+def _method(scene: Scene, keys: tuple[str, ...]) -> dict[str, ArrayLike]:
+    given = {key: getattr(scene.numerics, key) for key in keys}
+    usual = _TOLERANCE[scene.numerics.precision]
+    return {key: usual if value is None else value for key, value in given.items()} or {EMPTY.name: 0.0}
 
 
 def _prefixed(prefix: str, values: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
