@@ -50,6 +50,7 @@ class Device:
     has_double: bool
     widths: tuple[int, int]  # lanes of a packet in (single, double)
     handle: Any = field(repr=False, compare=False)
+    build_options: tuple[str, ...] = ()  # that its compiler needs
 
     @property
     def label(self) -> str:
@@ -106,7 +107,8 @@ class Device:
             If the driver refuses it; the message carries the driver's log.
         """
         session = self._session
-        key = (text, tuple(options))
+        options = (*self.build_options, *options)
+        key = (text, options)
         with _build_lock:
             if key not in session.programs:
                 session.programs[key] = Program(self, session.build(text, options), session.queue)
