@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import os
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -177,10 +178,14 @@ def _run(plan: SweepPlan, fresh: bool) -> None:
     axes = plan.study.axes
     made = kept = 0
     failed: list[str] = []
-    with Interrupt() as interrupt, Progress(plan.run_count) as progress:
-        rows = run_sweep(plan, fresh=fresh, stop=interrupt.is_set)
+    with (
+        Interrupt() as interrupt,
+        Progress(plan.run_count) as progress,
+        closing(run_sweep(plan, fresh=fresh, stop=interrupt.is_set)) as rows,
+    ):
+        first = next(rows, None)  # what keeps the sweep from starting is raised here, before anything is printed
         click.echo(csv_line(header(axes)))
-        for row in rows:
+        for row in chain([first] if first else [], rows):
             click.echo(csv_line(cells(row, axes, plan.out)))
             progress.advance(row)
             if row.state == "failed":

@@ -13,7 +13,7 @@ from __future__ import annotations
 import os
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -43,7 +43,7 @@ _IN_FLIGHT = 2 * _ENCODERS  # painted images on their way to disk, at most
 
 def run_sweep(
     plan: SweepPlan, *, fresh: bool = False, device: Device | None = None, stop: Callable[[], bool] | None = None
-) -> Iterator[Row]:
+) -> Generator[Row, None, None]:
     """Do what a plan lists and is not done yet; yield every row in work order as soon as it is settled.
 
     Parameters

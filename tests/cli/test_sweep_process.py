@@ -18,10 +18,12 @@ from lenscl.sweep.lock import folder_lock
 IMAGES = 9 * 2  # points times pictures of the starter study as the fixture leaves it
 
 SLOW_WRITES = """
+import sys
 import time
 import lenscl.sweep.runner as runner
 real = runner.write_image
 def write_image(*arguments, **options):
+    print("writing", file=sys.stderr, flush=True)
     time.sleep({seconds})
     real(*arguments, **options)
 runner.write_image = write_image
@@ -57,6 +59,13 @@ def start(line: list[str]) -> subprocess.Popen[str]:
 def read_rows(process: subprocess.Popen[str], rows: int) -> None:
     for _ in range(1 + rows):
         assert process.stdout.readline()
+
+
+def wait_for(word: str, process: subprocess.Popen[str]) -> None:
+    for line in process.stderr:
+        if word in line:
+            return
+    pytest.fail(f"it ended without saying {word!r}")
 
 
 def kill_and_resume(study_path: Path, command, finish, outputs, kills: list[int]) -> tuple[dict[str, bytes], list[int]]:
@@ -136,10 +145,9 @@ def test_the_first_ctrl_c_finishes_what_is_on_its_way_and_says_how_to_go_on(
 def test_the_second_ctrl_c_quits_at_once(study_path: Path, command) -> None:
     out = study_path.parent / "interrupted"
     with start(command("sweep", study_path, "-o", out, faults=SLOW_WRITES.format(seconds=3600))) as process:
-        read_rows(process, 0)
+        wait_for("writing", process)
         process.send_signal(signal.SIGINT)
-        while "Stopping" not in process.stderr.readline():
-            assert process.poll() is None
+        wait_for("Stopping", process)
         assert process.poll() is None  # it waits for the writes on their way
         process.send_signal(signal.SIGINT)
         assert process.wait(timeout=120) == 130
@@ -159,9 +167,9 @@ def test_a_sweep_into_a_folder_where_one_is_at_work_is_refused(study_path: Path,
 
 
 def test_a_full_disk_is_named_and_making_room_lets_the_sweep_go_on(
-    study_path: Path, command, finish, outputs, undisturbed: dict[str, bytes], full_disk: Callable[[int], Path]
+    study_path: Path, command, finish, outputs, undisturbed: dict[str, bytes], small_disk: Callable[[int], Path]
 ) -> None:
-    disk = full_disk(16 * 2**20)
+    disk = small_disk(16 * 2**20)
     out = disk / "out"
     ballast = disk / "ballast"
     ballast.write_bytes(bytes(13 * 2**20))
@@ -178,9 +186,9 @@ def test_a_full_disk_is_named_and_making_room_lets_the_sweep_go_on(
 
 
 def test_a_disk_too_full_for_the_table_is_named(
-    study_path: Path, command, finish, full_disk: Callable[[int], Path]
+    study_path: Path, command, finish, small_disk: Callable[[int], Path]
 ) -> None:
-    disk = full_disk(2**20)
+    disk = small_disk(2**20)
     (disk / "ballast").write_bytes(bytes(2**20 - 20_000))
     done = finish(command("sweep", study_path, "-o", disk / "out"))
     assert done.returncode == 1, done.stderr
@@ -189,8 +197,28 @@ def test_a_disk_too_full_for_the_table_is_named(
     assert "run the same command again" in done.stderr
 
 
+def test_a_disk_that_cannot_be_written_is_named_before_anything_is_printed(
+    study_path: Path, command, finish, small_disk: Callable[[int], Path]
+) -> None:
+    disk = small_disk(16 * 2**20)
+    out = disk / "out"
+    assert finish(command("sweep", study_path, "-o", out)).returncode == 0
+    subprocess.run(["mount", "-o", "remount,ro", disk], check=True)
+    for options, expected in (
+        (("-o", out), f"Error: {out / 'sweep.sqlite'}: cannot be written; make the folder and the file writable"),
+        (("-o", out, "--fresh"), "cannot be removed: Read-only file system"),
+        (("-o", disk / "new"), f"Error: {disk / 'new'}: cannot be made: Read-only file system"),
+    ):
+        done = finish(command("sweep", study_path, *options))
+        assert done.returncode == 1
+        assert expected in done.stderr
+        assert "Traceback" not in done.stderr
+        assert done.stdout == ""
+    assert len(finish(command("export", out, "--csv")).stdout.splitlines()) == 1 + IMAGES
+
+
 @pytest.fixture
-def full_disk(tmp_path: Path):
+def small_disk(tmp_path: Path):
     """Make a file system of so many bytes; only the superuser can."""
     mounted: list[Path] = []
 
@@ -199,12 +227,12 @@ def full_disk(tmp_path: Path):
         folder.mkdir()
         done = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", folder], capture_output=True)
         if done.returncode != 0:
-            pytest.skip("a small file system cannot be mounted here: the full disk was not tried")
+            pytest.skip("a small file system cannot be mounted here: a full or sealed disk was not tried")
         mounted.append(folder)
         return folder
 
     if os.name != "posix" or os.geteuid() != 0:
-        pytest.skip("only the superuser can mount a small file system: the full disk was not tried")
+        pytest.skip("only the superuser can mount a small file system: a full or sealed disk was not tried")
     yield make
     for folder in mounted:
         subprocess.run(["umount", folder], check=True)
