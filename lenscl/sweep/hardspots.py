@@ -165,7 +165,8 @@ def _lenses_out_of_the_way(scene: Scene, placed: list[tuple[str, Placement]]) ->
 
 
 def _steps_too_long(scene: Scene) -> Iterator[HardSpot]:
-    if choose(scene.numerics.method).name != "march":
+    method = choose(scene.numerics.method)
+    if "step" not in method.reads:
         return
     for number, lens in enumerate(scene.lenses):
         low, high = np.asarray(lens.surface.box(lens.values), dtype=np.float64)
@@ -174,7 +175,7 @@ def _steps_too_long(scene: Scene) -> Iterator[HardSpot]:
         yield HardSpot(
             _lens_key(scene, number),
             "march-step",
-            f"method march passes over chords shorter than its step of {step:g}; the thinnest extent of this lens's "
+            f"method {method.name} passes over chords shorter than its step of {step:g}; the thinnest extent of this lens's "
             f"box is {thinnest:.3g}, {thinnest / step:.3g} steps; a smaller numerics.step loses less",
         )
 
