@@ -175,8 +175,8 @@ def _steps_too_long(scene: Scene) -> Iterator[HardSpot]:
         yield HardSpot(
             _lens_key(scene, number),
             "march-step",
-            f"method {method.name} passes over chords shorter than its step of {step:g}; the thinnest extent of this lens's "
-            f"box is {thinnest:.3g}, {thinnest / step:.3g} steps; a smaller numerics.step loses less",
+            f"method {method.name} passes over chords shorter than its step of {step:g}; the thinnest extent of this "
+            f"lens's box is {thinnest:.3g}, {thinnest / step:.3g} steps; a smaller numerics.step loses less",
         )
 
 
