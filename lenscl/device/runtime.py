@@ -150,11 +150,11 @@ class Program:
         local = _LOCAL_SIZE.get(self.device.kind, _LOCAL_SIZE["cpu"])
         padded = -(-max(items, 1) // local) * local
         with self._lock:
-            if kernel_name not in self._kernels:
-                self._kernels[kernel_name] = cl.Kernel(self._handle, kernel_name)
-            kernel = self._kernels[kernel_name]
-            kernel.set_args(*(a.handle if isinstance(a, Buffer) else a for a in arguments))
             try:
+                if kernel_name not in self._kernels:
+                    self._kernels[kernel_name] = cl.Kernel(self._handle, kernel_name)
+                kernel = self._kernels[kernel_name]
+                kernel.set_args(*(a.handle if isinstance(a, Buffer) else a for a in arguments))
                 event = cl.enqueue_nd_range_kernel(self._queue, kernel, (padded,), (local,))
                 event.wait()
             except cl.Error as error:

@@ -6,7 +6,7 @@ import os
 import secrets
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from lenscl.errors import ImageError
@@ -42,7 +42,8 @@ def whole_file(file: Path, largest_bytes: int) -> Iterator[Path]:
             f"{file}: cannot be written ({error.strerror}); check the folder's permissions and disk"
         ) from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # a disk that has become read-only: the error that told so is on its way
+            temporary.unlink(missing_ok=True)
 
 
 def _check_room(file: Path, largest_bytes: int) -> None:
