@@ -4,10 +4,15 @@ Input: a `Scene`. Output: `Paths`, the same facts as a ray map. Each step is a f
 way than its kernel wherever there is one (bisection for Newton, a linear solve for the dual vectors, the textbook's
 form of Snell's law), so that a fault in one is not a fault in both. `Steps` holds them; a test can put a fault into one
 and see that it is caught.
+
+What a first root is, is settled by two judges of claims: `certified.first_root` proves it for one ray, and
+`companion.first_roots` for many rays, in float64, where roots stand apart.
 """
 
 from __future__ import annotations
 
+from lenscl.reference import certified, companion
+from lenscl.reference.certified import sign_polynomial
 from lenscl.reference.march import first_root
 from lenscl.reference.paint import paint
 from lenscl.reference.placement import Placement
@@ -20,6 +25,8 @@ __all__ = [
     "Paths",
     "Placement",
     "Steps",
+    "certified",
+    "companion",
     "film_rays",
     "first_root",
     "land",
@@ -27,6 +34,7 @@ __all__ = [
     "reflect",
     "refract",
     "refract_paraxial",
+    "sign_polynomial",
     "trace",
     "trace_rays",
 ]
