@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import glob
 import itertools
-import os
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -328,12 +327,14 @@ def _check_points(study: Study) -> None:
 
 
 def _find_images(scene: Scene, folder: Path) -> tuple[Path, ...]:
-    """Return the files that match `picture.images`, sorted, each once."""
+    """Return what `picture.images` names, sorted, each once: all that a pattern matches, and any name as it stands.
+
+    Nothing is dropped for not being a picture: what cannot be read, a missing file or a folder, is named by whoever
+    reads it.
+    """
     patterns = scene.picture.images
     found: set[Path] = set()
     for pattern in [patterns] if isinstance(patterns, str) else patterns or ():
-        matches = glob.iglob(pattern, root_dir=folder)
-        for name in itertools.islice(matches, _MOST_IMAGES):
-            if os.path.isfile(folder / name):  # Path.is_file raises where a folder may not be entered
-                found.add(folder / name)
+        names = glob.iglob(pattern, root_dir=folder) if glob.has_magic(pattern) else [pattern]
+        found.update(folder / name for name in itertools.islice(names, _MOST_IMAGES))
     return tuple(sorted(found))

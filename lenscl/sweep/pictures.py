@@ -40,6 +40,10 @@ def survey(paths: Sequence[Path]) -> tuple[SourcePicture, ...]:
     found = []
     for path, name in zip(paths, output_names(paths), strict=True):
         shown = _text(path.absolute().relative_to(folder).as_posix())
+        if path.exists() and not path.is_file():  # a pipe would keep whoever opens it waiting
+            kind = "a folder" if path.is_dir() else "no regular file"
+            found.append(SourcePicture(path, shown, name, None, None, f"{shown}: is {kind}, not a picture"))
+            continue
         try:
             with path.open("rb") as file:
                 about = os.fstat(file.fileno())

@@ -131,8 +131,9 @@ def test_images_are_found_beside_the_study_sorted_and_once(base, tmp_path):
         path.write_text(base.replace("[picture]", f"[picture]\nimages = {pattern}"))
         return [image.name for image in load_study(path).require_images()]
 
-    assert images('"pictures/*"') == ["a.jpg", "b.png", "c.png"]
-    assert images('["pictures/c.png", "pictures/*.png"]') == ["b.png", "c.png"]
+    assert images('"pictures/*"') == ["a.jpg", "b.png", "c.png", "folder.png"]
+    assert images('["pictures/c.png", "pictures/*.png"]') == ["b.png", "c.png", "folder.png"]
+    assert images('["pictures/a.jpg", "pictures/missing.png"]') == ["a.jpg", "missing.png"]
     with pytest.raises(StudyError, match=r'^picture\.images: no file matches "pictures/\*\.gif" in '):
         images('"pictures/*.gif"')
     with pytest.raises(StudyError, match=r"^picture\.images: is required to paint"):

@@ -127,10 +127,12 @@ def test_bad_pictures_fail_alone_and_are_named(study_path: Path, outputs: Output
     (pictures / "zz-photo.jpg").write_bytes(whole[: len(whole) * 3 // 4])
     (pictures / "zz-text.png").write_text("I am a text.")
     (pictures / "zz-empty.tif").write_bytes(b"")
+    (pictures / "zz-folder").mkdir()
+    os.mkfifo(pictures / "zz-pipe.png")  # nobody writes into it: opening it would wait for ever
     rows = sweep(study_path, study_path.parent / "out")
-    bad = {"zz-photo.jpg", "zz-text.png", "zz-empty.tif"}
+    bad = {"zz-photo.jpg", "zz-text.png", "zz-empty.tif", "zz-folder", "zz-pipe.png"}
     assert {row.picture for row in rows if row.state == "failed"} == bad
-    assert [row.state for row in rows].count("failed") == 4 * 3
+    assert [row.state for row in rows].count("failed") == 4 * 5
     for row in rows:
         if row.state == "failed":
             assert row.picture in row.error
@@ -139,6 +141,9 @@ def test_bad_pictures_fail_alone_and_are_named(study_path: Path, outputs: Output
     assert len(good) == 12
 
     # Mended, they are made, and nothing else is
+    (pictures / "zz-folder").rmdir()
+    (pictures / "zz-pipe.png").unlink()
+    bad -= {"zz-folder", "zz-pipe.png"}
     for name in bad:
         write_image(pictures / name, np.full((8, 8, 3), 99, np.uint8), metadata={})
     again = sweep(study_path, study_path.parent / "out")
