@@ -4,9 +4,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from lenscl.imaging.samples import SAMPLES, draw
 
 from lenscl.imaging import write_image
+from lenscl.imaging.samples import SAMPLES, draw
 
 STUDY = """
 title = "A small study"
