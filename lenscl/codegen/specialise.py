@@ -22,29 +22,36 @@ class Structure:
 
     lenses: tuple[Surface, ...]  # the surface of each lens, in the scene's order
     rays: Literal["point", "parallel", "given"]
-    methods: tuple[Method, ...]  # of each lens; lenses of one surface share one
+    methods: tuple[Method, ...]  # of each lens
     snell: Literal["exact", "paraxial"]
     effects: tuple[Variant, ...]
     precision: Literal["single", "double"]
     width: int  # lanes of a packet
 
     def surfaces(self) -> dict[str, Surface]:
-        """Return the distinct surfaces by the prefix of their C names, in the order of first use."""
+        """Return the distinct surfaces by the prefix of their C names, in the order of first use.
+
+        A surface that two methods search is two.
+        """
         found: dict[str, Surface] = {}
-        keys: set[str] = set()
-        for surface in self.lenses:
-            if surface.key not in keys:
-                keys.add(surface.key)
+        for lens, surface in enumerate(self.lenses):
+            if self._first_alike(lens) == lens:
                 found[_free_name(surface.name, found)] = surface
         return found
 
     def prefix(self, lens: int) -> str:
         """Return the C prefix of a lens's surface."""
-        return next(name for name, surface in self.surfaces().items() if surface.key == self.lenses[lens].key)
+        firsts = [other for other in range(len(self.lenses)) if self._first_alike(other) == other]
+        return list(self.surfaces())[firsts.index(self._first_alike(lens))]
 
     def method(self, prefix: str) -> Method:
         """Return the method that searches a surface, by its C prefix."""
-        return self.methods[self.lenses.index(self.surfaces()[prefix])]
+        return next(method for lens, method in enumerate(self.methods) if self.prefix(lens) == prefix)
+
+    def _first_alike(self, lens: int) -> int:
+        """Return the first lens with the same surface and method."""
+        forms = [(surface.key, method.name) for surface, method in zip(self.lenses, self.methods, strict=True)]
+        return forms.index(forms[lens])
 
     def reads(self) -> tuple[str, ...]:
         """Return the keys of [numerics] that any method reads, each once."""

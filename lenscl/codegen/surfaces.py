@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from textwrap import shorten
-from typing import Literal
 
-from lenscl.codegen.specialise import parameter_spelling
-from lenscl.expr import Expr, c_text, gradient
+from lenscl.codegen.along import along_functions
+from lenscl.codegen.text import Precision, function, shape_symbols
+from lenscl.expr import Expr, gradient
 from lenscl.lenses import Surface
-
-Precision = Literal["single", "double"]
 
 _COMMENT = 100  # characters of a formula that a comment shows
 _COORDINATES = {"x": "p.x", "y": "p.y", "z": "p.z"}
@@ -34,21 +32,6 @@ def surface_functions(prefix: str, surface: Surface, wanted: Iterable[str], prec
     return "\n".join((f"// {prefix}: {_described(surface)}; negative inside", *functions))
 
 
-def function(
-    signature: str, outputs: Mapping[str, Expr], ending: str, symbols: Mapping[str, str], precision: Precision
-) -> str:
-    """Return a C function that computes outputs and ends as told, each {name} of an output being its C text."""
-    lanes = [name for name, spelled in symbols.items() if not spelled.startswith("shape.")]
-    text = c_text(outputs, symbols=symbols, lanes=lanes, precision=precision)
-    lines = [*text.statements, *ending.format_map(text.results).splitlines()]
-    return f"static inline {signature} {{\n" + "".join(f"  {line}\n" for line in lines) + "}\n"
-
-
-def shape_symbols(surface: Surface) -> dict[str, str]:
-    """Return the C spelling of a surface's parameters."""
-    return {name: f"shape.{c_name}" for name, c_name in parameter_spelling(surface).items()}
-
-
 def _value(prefix: str, surface: Surface, precision: Precision) -> str:
     signature = f"realv {prefix}_f(real3v p, {prefix}_t shape)"
     return function(signature, {"f": surface.expression}, "return {f};", _local(surface), precision)
@@ -70,6 +53,7 @@ WRITERS: dict[str, Callable[[str, Surface, Precision], str]] = {
     "f": _value,
     "f_gradient": _value_and_gradient,
     "gradient": _gradient,
+    "along": along_functions,
 }
 
 

@@ -15,7 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from lenscl.expr.c_writer import CText, c_text
-from lenscl.expr.derive import differentiate, gradient, polynomial
+from lenscl.expr.derive import differentiate, gradient, magnitude, polynomial
 from lenscl.expr.graph import Expr, digest, number, symbol
 from lenscl.expr.operations import FUNCTIONS, OPERATIONS, Operation
 from lenscl.expr.reader import parse
@@ -37,6 +37,7 @@ __all__ = [
     "evaluate",
     "evaluate_with_error",
     "gradient",
+    "magnitude",
     "number",
     "parse",
     "polynomial",

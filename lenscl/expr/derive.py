@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from lenscl.expr.graph import Expr, build, walk
 from lenscl.expr.operations import OPERATIONS, Coefficients
-from lenscl.expr.simplify import ONE, ZERO
+from lenscl.expr.simplify import ONE, ZERO, power
 
 
 def differentiate(expr: Expr, name: str) -> Expr:
@@ -65,3 +65,51 @@ def polynomial(expr: Expr, along: Mapping[str, tuple[Expr, Expr]]) -> Coefficien
 def _trimmed(found: Coefficients) -> Coefficients:
     last = max((k for k, each in enumerate(found) if each is not ZERO), default=0)
     return found[: last + 1]
+
+
+def magnitude(expr: Expr, along: Collection[str]) -> tuple[Expr, int]:
+    """Return what bounds the rounding of a polynomial, however it is computed along a ray.
+
+    Parameters
+    ----------
+    expr : Expr
+        A polynomial in the symbols `along`.
+    along : collection of str
+        The coordinates; they are to be given their largest sizes.
+
+    Returns
+    -------
+    size : Expr
+        The polynomial with every term made positive: its value at |o| + |d| L bounds the sum of the terms of every
+        coefficient of t^k L^k.
+    roundings : int
+        The longest chain of roundings from a coordinate to a coefficient: products add their operands' chains and one
+        of their own, sums of k terms take the longest and k - 1. The error of the coefficients, summed, is at most
+        roundings u size, u being the unit roundoff (Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed.,
+        sec. 3.1; terms of order u^2 are covered by callers, who double it).
+    """
+    sizes: dict[Expr, tuple[Expr, int, int]] = {}  # size, roundings, degree
+    for each in walk([expr]):
+        parts = [sizes[arg] for arg in each.args]
+        if not each.depends_on(along):
+            sizes[each] = build("abs", each), 4, 0  # a few roundings: it is computed once from the parameters
+        elif each.op == "symbol":
+            sizes[each] = each, 0, 1
+        elif each.op in ("+", "-"):
+            (u, k, m), (v, l, n) = parts
+            sizes[each] = u + v, max(k, l) + 1, max(m, n)
+        elif each.op == "neg":
+            sizes[each] = parts[0]
+        elif each.op == "*":
+            (u, k, m), (v, l, n) = parts
+            sizes[each] = u * v, k + l + 1 + min(m, n), m + n
+        elif each.op == "/":
+            (u, k, m), (v, l, _) = parts
+            sizes[each] = u / v, k + l + 1, m
+        elif each.op == "power":
+            (u, k, m), n = parts[0], int(each.args[1].value or 0)
+            sizes[each] = power(u, n), n * k + (n - 1) * (1 + m), n * m
+        else:
+            raise ValueError(f"{each.op} is no part of a polynomial")
+    size, roundings, _ = sizes[expr]
+    return size, roundings

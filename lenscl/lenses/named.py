@@ -35,6 +35,10 @@ def _ellipsoid_box(values: Values) -> Box:
     return (-a, -b, -c), (a, b, c)
 
 
+def _is_ring(values: Values) -> bool:
+    return values["r"] <= values["R"]
+
+
 def _torus_box(values: Values) -> Box:
     out, r = values["R"] + values["r"], values["r"]
     return (-out, -out, -r), (out, out, r)
@@ -68,7 +72,8 @@ def _unit_box(values: Values) -> Box:
 # B = x^2 + y^2 + z^2 - R^2 - r^2, grouped so that a thin tube loses nothing: the quartic A^2 - 4 R^2 (x^2 + y^2) of
 # A = B + 2 R^2 is B^2 + 4 R^2 (z^2 - r^2) exactly. Inside a spindle torus (r > R) it has a second sheet; A < 0 there.
 _TORUS_B = "((x^2 + y^2 - R^2) + (z^2 - r^2))"
-_TORUS = f"min({_TORUS_B}^2 + 4*R^2*(z^2 - r^2), {_TORUS_B} + 2*R^2)"
+_TORUS_QUARTIC = f"{_TORUS_B}^2 + 4*R^2*(z^2 - r^2)"
+_TORUS = f"min({_TORUS_QUARTIC}, {_TORUS_B} + 2*R^2)"
 
 _GOLDEN2 = "2.618033988749895"  # t^2, t = (1 + sqrt 5) / 2
 _BARTH = (
@@ -116,6 +121,8 @@ def _rows() -> tuple[Surface, ...]:
             source="elementary; here min(A^2 - 4 R^2 (x^2 + y^2), A) of A = x^2 + y^2 + z^2 + R^2 - r^2",
             parameters=(_length("R", 0.7, "radius of the ring"), _length("r", 0.25, "radius of the tube")),
             expression=_read(_TORUS, "R", "r"),
+            polynomial=_read(_TORUS_QUARTIC, "R", "r"),
+            holds=_is_ring,
             extent=_torus_box,
         ),
         Surface(

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
-from lenscl.expr import Expr, digest
+from lenscl.expr import Expr, digest, polynomial, symbol
 
 Vec3 = tuple[float, float, float]
 Box = tuple[Vec3, Vec3]  # lowest and highest corner, lens-local coordinates
@@ -65,6 +65,10 @@ class Surface:
     parameters : tuple of Parameter
     summary, formula, source : str
         One line on it; the formula as printed in books (a user's expression as written); where that comes from.
+    polynomial : Expr or None
+        A polynomial in x, y, z of the same sign as F, where F itself is none.
+    holds : callable or None
+        Whether `polynomial` has F's sign for these parameter values; None: always.
     extent : callable
         From the parameters' values to the tight box of F <= 0; see `box`.
     promised : Box or None
@@ -77,6 +81,8 @@ class Surface:
     summary: str
     formula: str
     source: str
+    polynomial: Expr | None = None
+    holds: Callable[[Values], bool] | None = None
     extent: Callable[[Values], Box] | None = None
     promised: Box | None = None
 
@@ -87,6 +93,16 @@ class Surface:
             return self.name
         names = " ".join(parameter.name for parameter in self.parameters)
         return f"{self.name}_{hashlib.sha256(f'{digest(self.expression)} {names}'.encode()).hexdigest()[:16]}"
+
+    def sign_polynomial(self, values: Values) -> Expr | None:
+        """Return a polynomial in x, y, z that has F's sign everywhere, for these parameter values, if one is known."""
+        return self.polynomial_form if self.holds is None or self.holds(values) else None
+
+    @property
+    def polynomial_form(self) -> Expr | None:
+        """F itself where it is a polynomial in x, y, z, else `polynomial`."""
+        along = {axis: (symbol(axis), symbol(f"d{axis}")) for axis in "xyz"}
+        return self.expression if polynomial(self.expression, along) is not None else self.polynomial
 
     def box(self, values: Values) -> Box:
         """Return the smallest box that holds F <= 0, for these parameter values, in local coordinates.

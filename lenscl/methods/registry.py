@@ -26,6 +26,12 @@ _ROWS = (
         writes=("f", "f_gradient"),
         reads=("step", "tolerance"),
     ),
+    Method(
+        name="polynomial",
+        fragments=("search_polynomial.cl",),
+        guarantee="finds every crossing of a polynomial surface, by proof; a ray whose proof rounding forbids is undecided",
+        writes=("along",),
+    ),
 )
 
 METHODS: Mapping[str, Method] = MappingProxyType({row.name: row for row in _ROWS})
@@ -36,4 +42,4 @@ def choose(name: str) -> Method:
 
     Rows of the table stand in rising order of their guarantee.
     """
-    return _ROWS[-1] if name == "auto" else METHODS[name]
+    return METHODS["march" if name == "auto" else name]

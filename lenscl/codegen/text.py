@@ -1,0 +1,27 @@
+"""Write C functions of expressions, in the words of the kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+from lenscl.codegen.specialise import parameter_spelling
+from lenscl.expr import Expr, c_text
+from lenscl.lenses import Surface
+
+Precision = Literal["single", "double"]
+
+
+def function(
+    signature: str, outputs: Mapping[str, Expr], ending: str, symbols: Mapping[str, str], precision: Precision
+) -> str:
+    """Return a C function that computes outputs and ends as told, each {name} of an output being its C text."""
+    lanes = [name for name, spelled in symbols.items() if not spelled.startswith("shape.")]
+    text = c_text(outputs, symbols=symbols, lanes=lanes, precision=precision)
+    lines = [*text.statements, *ending.format_map(text.results).splitlines()]
+    return f"static inline {signature} {{\n" + "".join(f"  {line}\n" for line in lines) + "}\n"
+
+
+def shape_symbols(surface: Surface) -> dict[str, str]:
+    """Return the C spelling of a surface's parameters."""
+    return {name: f"shape.{c_name}" for name, c_name in parameter_spelling(surface).items()}
