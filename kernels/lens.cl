@@ -9,13 +9,11 @@ static inline real3v LENS(normal)(const lens_t *lens, SURFACE(t) shape, real3v p
   const real3v n = to_world_normal(lens, SURFACE(gradient)(p, shape));
 
   // Scale by the largest part first: a squared gradient may leave the range of numbers
-  const realv scale = max_v(max_v(abs_v(n.x), abs_v(n.y)), abs_v(n.z));
-  const real3v m = {n.x / scale, n.y / scale, n.z / scale};
+  const realv scale = (realv)1 / max_v(max_v(abs_v(n.x), abs_v(n.y)), abs_v(n.z));
+  const real3v m = {n.x * scale, n.y * scale, n.z * scale};
   const realv square = dot3(m, m);
-  *defined = (square >= (realv)1) & (square <= (realv)3);  // false for no number, too
-  const realv length = sqrt(square);
-  const real3v unit = {m.x / length, m.y / length, m.z / length};
-  return unit;
+  *defined = (square >= (realv)NUMBER(0.5)) & (square <= (realv)4);  // 1 to 3 but for rounding; false for no number
+  return unit3(m);
 }
 
 // Rays that start on this lens's surface start inside it if they enter.
@@ -44,6 +42,8 @@ static inline void LENS(meet)(const ray_t *ray, const lens_t *lens, SURFACE(t) s
   const span_t span = span_in_box(lens, origin, direction);
   const realv enter = (departs | inside) ? (realv)0 : span.enter;
   const maskv crosses = enter < span.leave;
+  hit->undecided = hit->undecided | (asks & inside & not_lane(crosses));
+  if (!any_lane(asks & crosses)) return;
 
   search_t search;
   search.origin = at3(origin, direction, enter);
@@ -53,7 +53,7 @@ static inline void LENS(meet)(const ray_t *ray, const lens_t *lens, SURFACE(t) s
   search.departs = departs;
   search.lanes = asks & crosses;
   const root_t root = SURFACE(first_root)(search, shape, method);
-  hit->undecided = hit->undecided | root.undecided | (asks & inside & not_lane(crosses));
+  hit->undecided = hit->undecided | root.undecided;
 
   // Take the point and normal where this root is the nearest so far
   const realv t = enter + root.t;

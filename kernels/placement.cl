@@ -40,8 +40,9 @@ static inline void clip_to_slab(realv o, realv d, real low, real high, span_t *s
   // A ray along the slab meets all of it or nothing
   const maskv along = d == (realv)0;
   const maskv misses = along & ((o < (realv)low) | (o > (realv)high));
-  const realv a = ((realv)low - o) / d;
-  const realv b = ((realv)high - o) / d;
+  const realv inverse = (realv)1 / d;
+  const realv a = ((realv)low - o) * inverse;
+  const realv b = ((realv)high - o) * inverse;
   const realv enter = along ? span->enter : min_v(a, b);
   const realv leave = along ? span->leave : max_v(a, b);
   span->enter = max_v(span->enter, enter);

@@ -1,7 +1,7 @@
 // prelude.cl: the vocabulary every other fragment is written in.
 //
 // provides  real, realv, maskv, real3v, LANES; any_lane(), not_lane(), abs_v(), min_v(), max_v();
-//           dot3(), at3(), pick3(), broadcast3(); scatter(), scatter_bytes()
+//           dot3(), unit3(), at3(), pick3(), broadcast3(); scatter(), scatter_bytes()
 // set by    the generated head: REAL float|double, MASK int|long, VW 1|2|4|8|16, REAL_MAX, REAL_EPSILON, NUMBER(x), a literal
 //           in that precision (0.6f left in a double build would cost 3e-8)
 //
@@ -74,6 +74,13 @@ typedef struct {
 } real3v;  // a structure of lanes, never float3
 
 static inline realv dot3(real3v a, real3v b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+// One division for three: unit to 2 ulp.
+static inline real3v unit3(real3v a) {
+  const realv scale = (realv)1 / sqrt(dot3(a, a));
+  const real3v v = {a.x * scale, a.y * scale, a.z * scale};
+  return v;
+}
 
 // The point o + t d.
 static inline real3v at3(real3v o, real3v d, realv t) {

@@ -12,8 +12,7 @@ static inline ray_t first_ray(const film_t *film, const source_t *source, int4 t
   // Aim from the source at the pixel's centre
   const real3v origin = broadcast3(source->at);
   const real3v toward = at3(film_points(film, tile, pixel), origin, (realv)-1);
-  const realv length = sqrt(dot3(toward, toward));
-  const real3v direction = {toward.x / length, toward.y / length, toward.z / length};
+  const real3v direction = unit3(toward);
 
   // The source is one point: the host knows what it lies in and on
   const maskv inside = (maskv)(MASK)source->inside;

@@ -1,7 +1,7 @@
 // trace.cl: follow a packet of rays from the source through every surface to the picture's plane.
 //
 // provides  the kernel trace
-// needs     prelude, ray, first_ray(), refract(), land(); generated: scene_t, start_on_lenses(), meet_lenses(),
+// needs     prelude, ray, first_ray(), refract(), land(), store_end(); generated: scene_t, start_on_lenses(), meet_lenses(),
 //           at_interface()
 
 // Take living rays to the next surface and through it; those that meet none stay alive and leave *travels.
@@ -47,14 +47,9 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
   *travels = *travels & ray->alive;
 }
 
-// One work-item carries one packet of the tile. The output arrays are padded to whole packets.
+// One work-item carries one packet of the tile.
 kernel void trace(global const scene_t *restrict numbers, const int4 tile, const int max_events,
-                  global real *restrict st,          // (pixels, 2)
-                  global uchar *restrict status,     // (pixels)
-                  global uchar *restrict events,     // (pixels)
-                  global real *restrict origin,      // (pixels, 3)
-                  global real *restrict direction    // (pixels, 3)
-                      RAY_PARAMETERS) {
+                  END_PARAMETERS RAY_PARAMETERS) {
   const int first = (int)get_global_id(0) * VW;
   if (first >= tile.w) return;
   const scene_t scene = *numbers;
@@ -64,15 +59,5 @@ kernel void trace(global const scene_t *restrict numbers, const int4 tile, const
   maskv travels = ray.alive;
   while (any_lane(travels)) to_next_surface(&ray, &travels, &scene, max_events);
   const place_t place = land(&ray, &scene.picture);
-
-  scatter(place.s, st + 2 * first, 2);
-  scatter(place.t, st + 2 * first + 1, 2);
-  store_lanes(to_bytes(ray.status), status + first);
-  store_lanes(to_bytes(ray.events), events + first);
-  scatter(ray.origin.x, origin + 3 * first, 3);
-  scatter(ray.origin.y, origin + 3 * first + 1, 3);
-  scatter(ray.origin.z, origin + 3 * first + 2, 3);
-  scatter(ray.direction.x, direction + 3 * first, 3);
-  scatter(ray.direction.y, direction + 3 * first + 1, 3);
-  scatter(ray.direction.z, direction + 3 * first + 2, 3);
+  store_end(&ray, place, first, END_ARGUMENTS);
 }

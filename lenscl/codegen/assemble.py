@@ -30,6 +30,7 @@ def kernel_source(structure: Structure) -> KernelSource:
         *(piece for number in range(len(structure.lenses)) for piece in _lens(structure, number)),
         located(f"snell_{structure.snell}.cl"),
         located("screen.cl"),
+        located(f"ends_{structure.ends}.cl"),
         *(located(f"effects/{effect.name}.cl") for effect in structure.effects),
         _generated("what this scene consists of"),
         "\n".join(_calls(structure)),

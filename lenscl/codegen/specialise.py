@@ -23,6 +23,7 @@ class Structure:
     lenses: tuple[Surface, ...]  # the surface of each lens, in the scene's order
     rays: Literal["point", "parallel", "given"]
     methods: tuple[Method, ...]  # of each lens
+    ends: Literal["map", "legs"]  # what is kept of a ray: its place alone, or its last leg, too
     snell: Literal["exact", "paraxial"]
     effects: tuple[Variant, ...]
     precision: Literal["single", "double"]
@@ -99,10 +100,8 @@ _FILM = Struct(
     "film_t",
     (
         Slot("corner", 3, "outer corner of pixel (0, 0)"),
-        Slot("right", 3, "spans all columns"),
-        Slot("down", 3, "spans all rows"),
-        Slot("columns"),
-        Slot("rows"),
+        Slot("column_step", 3, "from a pixel to the one on its right"),
+        Slot("row_step", 3, "from a pixel to the one below"),
     ),
 )
 _SOURCES = {

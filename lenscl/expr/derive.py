@@ -96,19 +96,19 @@ def magnitude(expr: Expr, along: Collection[str]) -> tuple[Expr, int]:
         elif each.op == "symbol":
             sizes[each] = each, 0, 1
         elif each.op in ("+", "-"):
-            (u, k, m), (v, l, n) = parts
-            sizes[each] = u + v, max(k, l) + 1, max(m, n)
+            (u, chain, m), (v, other, n) = parts
+            sizes[each] = u + v, max(chain, other) + 1, max(m, n)
         elif each.op == "neg":
             sizes[each] = parts[0]
         elif each.op == "*":
-            (u, k, m), (v, l, n) = parts
-            sizes[each] = u * v, k + l + 1 + min(m, n), m + n
+            (u, chain, m), (v, other, n) = parts
+            sizes[each] = u * v, chain + other + 1 + min(m, n), m + n
         elif each.op == "/":
-            (u, k, m), (v, l, _) = parts
-            sizes[each] = u / v, k + l + 1, m
+            (u, chain, m), (v, other, _) = parts
+            sizes[each] = u / v, chain + other + 1, m
         elif each.op == "power":
-            (u, k, m), n = parts[0], int(each.args[1].value or 0)
-            sizes[each] = power(u, n), n * k + (n - 1) * (1 + m), n * m
+            (u, chain, m), n = parts[0], int(each.args[1].value or 0)
+            sizes[each] = power(u, n), n * chain + (n - 1) * (1 + m), n * m
         else:
             raise ValueError(f"{each.op} is no part of a polynomial")
     size, roundings, _ = sizes[expr]

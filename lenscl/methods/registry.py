@@ -29,7 +29,7 @@ _ROWS = (
     Method(
         name="polynomial",
         fragments=("search_polynomial.cl",),
-        guarantee="finds every crossing of a polynomial surface, by proof; a ray whose proof rounding forbids is undecided",
+        guarantee="finds every crossing of a polynomial, by proof; a ray whose proof rounding forbids is undecided",
         writes=("along",),
     ),
 )

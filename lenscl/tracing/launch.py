@@ -5,9 +5,8 @@ Tiles bound the memory a film takes on the device; one launch traces one tile.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,10 +21,11 @@ from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import RayMap, RayPaths
 from lenscl.tracing.start import locate
 
-_TILE_PIXELS = 2**20  # about 66 MB of buffers in double; kernels/film.cl allows 2^22
+_TILE_PIXELS = 2**20  # about 19 MB of buffers in double; kernels/film.cl allows 2^21
 _MARCH_STEPS = 10**6  # steps through a lens's box beyond which `march` would never come home
 _REALS: dict[str, type[np.floating[Any]]] = {"single": np.float32, "double": np.float64}
-_ARRAYS = (("st", 2), ("status", 0), ("events", 0), ("origin", 3), ("direction", 3))  # name, reals a ray; 0: one byte
+_MAP = (("st", 2), ("status", 0), ("events", 0))  # name, reals a ray; 0: one byte
+_ARRAYS = {"map": _MAP, "legs": (*_MAP, ("origin", 3), ("direction", 3))}  # as the kernels' ends_*.cl take them
 
 
 def trace(
@@ -52,12 +52,21 @@ def trace(
     StudyError, NoDeviceError, BuildError, TraceError
         If the scene cannot be traced as asked; the message says what to change.
     """
-    job = _Job.prepare(scene, scene.source.kind, method, precision, device)
-    film = job.scene.film
-    ends = _Ends.empty(film.rows * film.columns, job.dtype)
-    for row, column, columns, first, count in _tiles(film.rows, film.columns):
-        job.run(ends, (row, column, columns, count), first, ())
-    return RayMap(**ends.shaped(film.rows, film.columns), **job.record())
+
+    def traced(ends: Literal["map", "legs"]) -> tuple[_Job, dict[str, Any]]:
+        job = _Job.prepare(scene, scene.source.kind, ends, method, precision, device)
+        film = job.scene.film
+        arrays = job.empty_ends(film.rows * film.columns)
+        for row, column, columns, first, count in _tiles(film.rows, film.columns):
+            job.run(arrays, (row, column, columns, count), first, ())
+        return job, _shaped(arrays, film.rows, film.columns)
+
+    def legs() -> tuple[NDArray[Any], NDArray[Any]]:
+        _, arrays = traced("legs")
+        return arrays["origin"], arrays["direction"]
+
+    job, arrays = traced("map")
+    return RayMap(**arrays, legs=legs, **job.record())
 
 
 def trace_rays(
@@ -93,34 +102,21 @@ def trace_rays(
         As for `trace`.
     """
     points, units = _checked_rays(origins, directions)
-    job = _Job.prepare(scene, "given", method, precision, device)
+    job = _Job.prepare(scene, "given", "legs", method, precision, device)
     inside, on = locate(job.scene, points)
-    ends = _Ends.empty(len(points), job.dtype)
+    ends = job.empty_ends(len(points))
     for first in range(0, len(points), _TILE_PIXELS):
         part = slice(first, first + _TILE_PIXELS)
         count = len(points[part])
         arrays = [points[part].astype(job.dtype), units[part].astype(job.dtype), inside[part], on[part]]
         job.run(ends, (0, first, count, count), first, [job.device.upload(job.padded(array)) for array in arrays])
-    return RayPaths(**ends.shaped(len(points)), **job.record())
+    return RayPaths(**_shaped(ends, len(points)), **job.record())
 
 
 def kernel_source(scene: Scene, *, rays: str | None = None, device: Device | str | None = None) -> KernelSource:
     """Return the kernel that traces a scene on a device; `rays="given"` for the one of `trace_rays`."""
-    return codegen.kernel_source(_structure(scene, rays or scene.source.kind, _chosen(device)))
-
-
-@dataclass(slots=True)
-class _Ends:
-    """The arrays being filled, one row a ray."""
-
-    arrays: dict[str, NDArray[Any]]
-
-    @classmethod
-    def empty(cls, rays: int, dtype: type[np.floating[Any]]) -> _Ends:
-        return cls({name: np.empty((rays, n), dtype) if n else np.empty(rays, np.uint8) for name, n in _ARRAYS})
-
-    def shaped(self, *shape: int) -> dict[str, Any]:
-        return {name: array.reshape(*shape, *array.shape[1:]) for name, array in self.arrays.items()}
+    ends = "legs" if rays == "given" else "map"
+    return codegen.kernel_source(_structure(scene, rays or scene.source.kind, ends, _chosen(device)))
 
 
 class _Job:
@@ -132,18 +128,23 @@ class _Job:
         self._seconds = 0.0
         self._program = chosen.build(source.text)
         self._numbers = chosen.upload(source.layout.pack(scene_numbers(scene, source), self.dtype))
+        self._arrays = _ARRAYS[source.structure.ends]
         self._buffers: dict[str, Buffer] = {}
 
     @classmethod
     def prepare(
-        cls, scene: Scene, rays: str, method: str | None, precision: str | None, wanted: Device | str | None
+        cls, scene: Scene, rays: str, ends: str, method: str | None, precision: str | None, wanted: Device | str | None
     ) -> _Job:
         asked = {"numerics.method": method, "numerics.precision": precision}
         scene = scene.replace({key: value for key, value in asked.items() if value is not None})
         chosen = _chosen(wanted)
-        structure = _structure(scene, rays, chosen)
+        structure = _structure(scene, rays, ends, chosen)
         _check_steps(scene, structure)
         return cls(scene, codegen.kernel_source(structure), chosen)
+
+    def empty_ends(self, rays: int) -> dict[str, NDArray[Any]]:
+        """Return arrays for the ends of so many rays, one row a ray."""
+        return {name: np.empty((rays, n), self.dtype) if n else np.empty(rays, np.uint8) for name, n in self._arrays}
 
     def padded(self, array: NDArray[Any]) -> NDArray[Any]:
         """Return rows repeated at the end up to whole packets."""
@@ -151,21 +152,20 @@ class _Job:
         return np.concatenate([array, np.repeat(array[-1:], missing, axis=0)])
 
     def run(
-        self, ends: _Ends, tile: tuple[int, int, int, int], first: int, rays: tuple[Buffer, ...] | list[Buffer]
+        self, ends: dict[str, NDArray[Any]], tile: tuple[int, int, int, int], first: int, rays: Sequence[Buffer]
     ) -> None:
         """Trace a tile into the rows of `ends` from `first` on."""
-        width = self.source.structure.width
-        count = tile[3]
+        count, width = tile[3], self.source.structure.width
         packets = -(-count // width)
-        bytes_each = {name: n * np.dtype(self.dtype).itemsize or 1 for name, n in _ARRAYS}
-        for name, each in bytes_each.items():
-            if name not in self._buffers or self._buffers[name].nbytes < packets * width * each:
-                self._buffers[name] = self.device.empty(packets * width * each)
-        outputs = [self._buffers[name] for name, _ in _ARRAYS]
+        for name, numbers in self._arrays:
+            nbytes = packets * width * (numbers * np.dtype(self.dtype).itemsize or 1)
+            if name not in self._buffers or self._buffers[name].nbytes < nbytes:
+                self._buffers[name] = self.device.empty(nbytes)
+        outputs = [self._buffers[name] for name, _ in self._arrays]
         arguments = [self._numbers, np.array(tile, np.int32), np.int32(self.scene.numerics.max_events), *outputs, *rays]
         self._seconds += self._program.run("trace", packets, arguments)
-        for name, _ in _ARRAYS:
-            self.device.download(self._buffers[name], ends.arrays[name][first : first + count])
+        for name, _ in self._arrays:
+            self.device.download(self._buffers[name], ends[name][first : first + count])
 
     def record(self) -> dict[str, Any]:
         """Return what a result says of how it was made."""
@@ -177,11 +177,15 @@ class _Job:
         }
 
 
+def _shaped(arrays: dict[str, NDArray[Any]], *shape: int) -> dict[str, Any]:
+    return {name: array.reshape(*shape, *array.shape[1:]) for name, array in arrays.items()}
+
+
 def _chosen(wanted: Device | str | None) -> Device:
     return wanted if isinstance(wanted, Device) else device.choose(wanted)
 
 
-def _structure(scene: Scene, rays: Any, chosen: Device) -> Structure:
+def _structure(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structure:
     numerics = scene.numerics
     if numerics.precision == "double" and not chosen.has_double:
         raise TraceError(
@@ -191,6 +195,7 @@ def _structure(scene: Scene, rays: Any, chosen: Device) -> Structure:
     return Structure(
         lenses=tuple(lens.surface for lens in scene.lenses),
         rays=rays,
+        ends=ends,
         methods=tuple(methods.choose(numerics.method) for _ in scene.lenses),
         snell=numerics.snell,
         effects=effects.wanted({key: getattr(scene.effects, key) for key in effects.EFFECTS}),

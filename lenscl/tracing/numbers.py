@@ -19,10 +19,8 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
     """Return a value for every slot of the kernel's layout."""
     values: dict[str, ArrayLike] = {
         "film.corner": scene.film.corner,
-        "film.right": scene.film.right,
-        "film.down": scene.film.down,
-        "film.columns": scene.film.columns,
-        "film.rows": scene.film.rows,
+        "film.column_step": np.asarray(scene.film.right, dtype=np.float64) / scene.film.columns,
+        "film.row_step": np.asarray(scene.film.down, dtype=np.float64) / scene.film.rows,
         "n_medium": scene.n_medium,
     }
     values |= _prefixed("source", _source(scene, source.structure.rays))

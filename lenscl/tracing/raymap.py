@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,7 @@ from lenscl.device import Device
 from lenscl.status import RayStatus
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class _Rays:
     """The ends of rays. Lengths are in scene units; real arrays have the precision traced (float32 or float64).
 
@@ -42,8 +44,6 @@ class _Rays:
     st: NDArray[Any] = field(repr=False)
     status: NDArray[np.uint8] = field(repr=False)
     events: NDArray[np.uint8] = field(repr=False)
-    origin: NDArray[Any] = field(repr=False)
-    direction: NDArray[Any] = field(repr=False)
     trace_seconds: float
     kernel: KernelSource = field(repr=False)
     scene: Scene = field(repr=False)
@@ -55,15 +55,38 @@ class _Rays:
         return {status: int(counted[status]) for status in RayStatus}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class RayMap(_Rays):
-    """Where the ray of every film pixel lands; arrays of shape (rows, columns, ...)."""
+    """Where the ray of every film pixel lands; arrays of shape (rows, columns, ...).
+
+    `origin` and `direction` are three times as large as the rest and seldom asked for: they are traced when first
+    read. `trace_seconds` does not count that.
+    """
 
     __doc__ = f"{__doc__}\n\n{_Rays.__doc__}"
 
+    legs: Callable[[], tuple[NDArray[Any], NDArray[Any]]] = field(repr=False)
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+    @property
+    def origin(self) -> NDArray[Any]:
+        """Where the last straight leg starts."""
+        return self._legs[0]
+
+    @property
+    def direction(self) -> NDArray[Any]:
+        """Its unit direction."""
+        return self._legs[1]
+
+    @cached_property
+    def _legs(self) -> tuple[NDArray[Any], NDArray[Any]]:
+        return self.legs()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class RayPaths(_Rays):
     """Where given rays land; arrays of shape (N, ...)."""
 
     __doc__ = f"{__doc__}\n\n{_Rays.__doc__}"
+
+    origin: NDArray[Any] = field(repr=False)
+    direction: NDArray[Any] = field(repr=False)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -50,8 +51,7 @@ def kernels(precision: str) -> Tracer:
     def film(scene: Scene) -> Any:
         raymap = lenscl.trace(scene, precision=precision)
         n = raymap.status.size
-        return replace(
-            raymap,
+        return SimpleNamespace(
             st=raymap.st.reshape(n, 2),
             status=raymap.status.reshape(n),
             events=raymap.events.reshape(n),
