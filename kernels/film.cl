@@ -7,9 +7,9 @@
 //
 //   tile.x  first row     tile.y  first column     tile.z  columns of the tile     tile.w  pixels of the tile
 //
-// Its pixels are numbered row by row. They are at most 2^21, so that in single precision, too, (pixel + 1/2) / columns
-// never rounds across a whole number: the next is 1 / (2 columns) away, and the product with the reciprocal errs by less
-// than 3/2 ulp.
+// Its pixels are numbered row by row. They are at most 2^20, so that in single precision, too, (pixel + 1/2) / columns
+// never rounds across a whole number: the next is 1 / (2 columns) away, and a reciprocal of 2.5 ulp, all that OpenCL
+// promises, and a product err by a quarter of that.
 
 // Pixel (row, column) of the film has its centre at corner + (column + 1/2) column_step + (row + 1/2) row_step.
 static inline real3v film_points(const film_t *film, int4 tile, realv pixel) {

@@ -42,7 +42,7 @@ static inline void LENS(meet)(const ray_t *ray, const lens_t *lens, SURFACE(t) s
   const span_t span = span_in_box(lens, origin, direction);
   const realv enter = (departs | inside) ? (realv)0 : span.enter;
   const maskv crosses = enter < span.leave;
-  hit->undecided = hit->undecided | (asks & inside & not_lane(crosses));
+  hit->doubt = (asks & inside & not_lane(crosses)) ? (realv)0 : hit->doubt;
   if (!any_lane(asks & crosses)) return;
 
   search_t search;
@@ -53,7 +53,7 @@ static inline void LENS(meet)(const ray_t *ray, const lens_t *lens, SURFACE(t) s
   search.departs = departs;
   search.lanes = asks & crosses;
   const root_t root = SURFACE(first_root)(search, shape, method);
-  hit->undecided = hit->undecided | root.undecided;
+  hit->doubt = root.undecided ? min_v(hit->doubt, enter + root.t) : hit->doubt;
 
   // Take the point and normal where this root is the nearest so far
   const realv t = enter + root.t;
@@ -68,5 +68,5 @@ static inline void LENS(meet)(const ray_t *ray, const lens_t *lens, SURFACE(t) s
   hit->n_lens = nearer ? (realv)lens->n : hit->n_lens;
   hit->lens = nearer ? (maskv)LENS_NUMBER : hit->lens;
   hit->found = hit->found | nearer;
-  hit->undecided = hit->undecided | (nearer & not_lane(defined));
+  hit->doubt = (nearer & not_lane(defined)) ? min_v(hit->doubt, t) : hit->doubt;
 }

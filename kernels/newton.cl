@@ -33,9 +33,9 @@ static inline realv SURFACE(polish)(search_t search, SURFACE(t) shape, realv sid
     // Step by Newton, or to the middle where that leaves the bracket or is no number
     const realv newton = t - value / slope;
     const realv middle = (low + high) * (realv)NUMBER(0.5);
-    realv next = ((newton > low) & (newton < high)) ? newton : middle;
-    next = value == (realv)0 ? t : next;
-    const maskv ends = abs_v(next - t) <= tolerance;
+    const maskv ends = (abs_v(newton - t) <= tolerance) | (value == (realv)0);
+    const maskv within = (newton > low) & (newton < high);
+    const realv next = within ? newton : ends ? t : middle;
     t = moves ? next : t;
     moves = moves & not_lane(ends);
   }

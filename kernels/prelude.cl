@@ -2,8 +2,8 @@
 //
 // provides  real, realv, maskv, real3v, LANES; any_lane(), not_lane(), abs_v(), min_v(), max_v();
 //           dot3(), unit3(), at3(), pick3(), broadcast3(); scatter(), scatter_bytes()
-// set by    the generated head: REAL float|double, MASK int|long, VW 1|2|4|8|16, REAL_MAX, REAL_EPSILON, NUMBER(x), a literal
-//           in that precision (0.6f left in a double build would cost 3e-8)
+// set by    the generated head: REAL float|double, MASK int|long, VW 1|2|4|8|16, REAL_MAX, REAL_TINY,
+//           REAL_EPSILON, NUMBER(x), a literal in that precision (0.6f left in a double build would cost 3e-8)
 //
 // A packet is VW rays held in the lanes of vectors; one work-item carries one packet. This file alone knows how wide a
 // packet is and how precise a number is. Comparisons give masks: 0 or -1 in a vector's lanes, 0 or 1 for one lane, so a

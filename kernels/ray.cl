@@ -23,7 +23,7 @@ typedef struct {
   realv n_lens;     // index of the lens met
   maskv lens;       // its number
   maskv found;      // lanes that meet a surface
-  maskv undecided;  // lanes whose search could not prove its answer
+  realv doubt;      // distance up to which the searches are proved; REAL_MAX where all of them are
 } hit_t;
 
 // A surface being met: what effects may read. The ray itself is already bent.

@@ -4,12 +4,15 @@
 //
 // A method provides, for each distinct surface,
 //
-//   root_t SURFACE(first_root)(search, shape)
+//   root_t SURFACE(first_root)(search, shape, method)
 //
-// where SURFACE(name) is the surface's own version of a function, shape holds its parameters, and
-//   SURFACE(f)(p, shape)                     is F at local points p, negative inside;
-//   SURFACE(f_gradient)(p, shape, &g)        is the same with grad F in g;
-//   SURFACE(gradient)(p, shape)              is grad F alone.
+// where SURFACE(name) is the surface's own version of a function, shape holds its parameters and method what the
+// method reads of [numerics]. Of the surface, SURFACE(gradient)(p, shape), grad F at local points, is always there;
+// the rest is written only for the methods that call it:
+//   SURFACE(f)(p, shape)                     F, negative inside
+//   SURFACE(f_gradient)(p, shape, &g)        the same with grad F in g
+//   SURFACE(along)(o, d, shape, c)           the coefficients of F(o + t d), a polynomial
+//   SURFACE(magnitude)(p, shape)             the polynomial with all its terms positive
 
 typedef struct {
   real3v origin;     // local, where the ray enters the surface's bounding box, or inside it
@@ -21,7 +24,7 @@ typedef struct {
 } search_t;
 
 typedef struct {
-  realv t;          // the first root behind 0, where found
+  realv t;          // the first root behind 0 where found; where undecided, up to where there is provably none
   maskv found;      // lanes that have one within the length
   maskv undecided;  // lanes for which neither a root nor its absence could be proved
 } root_t;

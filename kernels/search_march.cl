@@ -29,7 +29,7 @@ static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, cons
   root_t root;
   root.found = search.lanes & (value < (realv)0);
   root.undecided = search.lanes & not_lane(root.found) & (search.inside | (value != value));
-  root.t = t;
+  root.t = root.undecided ? low : t;
   if (any_lane(root.found)) {
     const maskv divides = search.departs & (low == (realv)0);
     root.t = SURFACE(polish)(search, shape, side, f_start, divides, low, t, (realv)method->tolerance, root.found);

@@ -114,6 +114,6 @@ static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, cons
 
   // A ray inside must come out
   root.undecided = search.lanes & not_lane(root.found) & (search.inside | not_lane(passes));
-  root.t = max_v(root.t, (realv)0) * search.length;
+  root.t = max_v(root.found ? root.t : t, (realv)0) * search.length;
   return root;
 }

@@ -9,13 +9,14 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
   ray_t traveller = *ray;
   traveller.alive = *travels;
   hit_t hit;
-  hit.found = hit.undecided = (maskv)0;
+  hit.found = (maskv)0;
+  hit.doubt = (realv)REAL_MAX;
   hit.lens = NOWHERE;
   hit.t = hit.n_lens = hit.point.x = hit.point.y = hit.point.z = hit.normal.x = hit.normal.y = hit.normal.z = (realv)0;
   meet_lenses(&traveller, scene, &hit);
 
-  // End what cannot go on
-  const maskv undecided = *travels & hit.undecided;
+  // End what cannot go on; a doubt behind the surface that is met does not matter
+  const maskv undecided = *travels & (hit.doubt < (realv)REAL_MAX) & (not_lane(hit.found) | (hit.doubt <= hit.t));
   end_ray(ray, undecided, RAY_UNDECIDED);
   const maskv meets = *travels & hit.found & not_lane(undecided);
   const maskv trapped = meets & (ray->events >= (maskv)max_events);

@@ -40,7 +40,7 @@ def first_root(
     Returns
     -------
     t, found, undecided : arrays, shape (N,)
-        `t` is the crossing where found, else where the march ended.
+        `t` is the crossing where found; where undecided, the last sample that was proved.
     """
     side = np.where(inside, -1.0, 1.0)
     f_start = np.where(departs, f(origin), 0.0)
@@ -69,4 +69,4 @@ def first_root(
         before = value(rays, middle) < 0
         a, b = np.where(before, a, middle), np.where(before, middle, b)
     high[rays] = 0.5 * (a + b)
-    return high, found, undecided
+    return np.where(undecided, low, high), found, undecided

@@ -94,11 +94,11 @@ class _Tracer:
         n = len(self.origin)
         nearest, lens_met = np.full(n, np.inf), np.full(n, _NOWHERE)
         point, normal = np.zeros((n, 3)), np.zeros((n, 3))
-        undecided = np.zeros(n, dtype=np.bool_)
+        doubt = np.full(n, np.inf)  # up to where every search is proved
         for number in range(len(self.scene.lenses)):
             asks = np.flatnonzero(self.travels & ((self.inside == number) | (self.inside == _NOWHERE)))
             t, found, unsure, p, g = self._meet(number, asks)
-            undecided[asks] |= unsure
+            doubt[asks[unsure]] = np.minimum(doubt[asks[unsure]], t[unsure])
             nearer = found & (t < nearest[asks])
             chosen = asks[nearer]
             nearest[chosen], lens_met[chosen] = t[nearer], number
@@ -106,8 +106,8 @@ class _Tracer:
 
         met = self.travels & (lens_met != _NOWHERE)
         length = np.linalg.norm(normal, axis=1)
+        undecided = self.travels & (doubt <= nearest) & np.isfinite(doubt)
         undecided |= met & ~((length > 0) & np.isfinite(length))
-        undecided &= self.travels
         trapped = met & ~undecided & (self.events >= self.scene.numerics.max_events)
         self.status[trapped] = RayStatus.TRAPPED
         self.lands |= self.travels & ~met & ~undecided
@@ -182,7 +182,7 @@ def _gradient(lens: Lens, local: Array) -> Array:
 
 def _box(lens: Lens) -> tuple[Array, Array]:
     low, high = (np.asarray(corner, float) for corner in lens.surface.box(lens.values))
-    margin = _BOX_MARGIN * (high - low)
+    margin = _BOX_MARGIN * (high - low) if lens.surface.promised is None else 0.0
     return low - margin, high + margin
 
 

@@ -21,7 +21,7 @@ from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import RayMap, RayPaths
 from lenscl.tracing.start import locate
 
-_TILE_PIXELS = 2**20  # about 19 MB of buffers in double; kernels/film.cl allows 2^21
+_TILE_PIXELS = 2**20  # about 19 MB of buffers in double; the most that kernels/film.cl allows
 _MARCH_STEPS = 10**6  # steps through a lens's box beyond which `march` would never come home
 _REALS: dict[str, type[np.floating[Any]]] = {"single": np.float32, "double": np.float64}
 _MAP = (("st", 2), ("status", 0), ("events", 0))  # name, reals a ray; 0: one byte
@@ -144,7 +144,10 @@ class _Job:
 
     def empty_ends(self, rays: int) -> dict[str, NDArray[Any]]:
         """Return arrays for the ends of so many rays, one row a ray."""
-        return {name: np.empty((rays, n), self.dtype) if n else np.empty(rays, np.uint8) for name, n in self._arrays}
+        try:
+            return {name: np.empty((rays, n), self.dtype) if n else np.empty(rays, np.uint8) for name, n in self._arrays}
+        except MemoryError as error:
+            raise TraceError(f"film.size: there is no memory for the map of {rays:,} pixels; use a smaller film") from error
 
     def padded(self, array: NDArray[Any]) -> NDArray[Any]:
         """Return rows repeated at the end up to whole packets."""
@@ -231,7 +234,10 @@ def _tiles(rows: int, columns: int) -> Iterator[tuple[int, int, int, int, int]]:
 
 
 def _checked_rays(origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    points, vectors = np.asarray(origins, dtype=np.float64), np.asarray(directions, dtype=np.float64)
+    try:
+        points, vectors = np.asarray(origins, dtype=np.float64), np.asarray(directions, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise TraceError(f"origins, directions: expected arrays of numbers, shape (N, 3): {error}") from error
     for name, array in (("origins", points), ("directions", vectors)):
         if array.ndim != 2 or array.shape[1] != 3:
             raise TraceError(f"{name}: expected an array of shape (N, 3), got {array.shape}")

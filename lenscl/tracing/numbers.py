@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lenscl.codegen import EMPTY, KernelSource
 from lenscl.config import Film, Picture, Scene
+from lenscl.lenses import Vec3
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.start import locate
 
@@ -35,19 +37,27 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
 def picture_numbers(scene: Scene) -> Mapping[str, NDArray[np.float64]]:
     """Return the picture's corner, unit normal and dual vectors.
 
-    The duals are made of unit spans, so that neither tiny nor huge pictures leave the range of numbers.
+    Computed as exact fractions and rounded once: spans that are nearly parallel lose no digits here.
     """
-    right, down = (np.asarray(span, dtype=np.float64) for span in (scene.picture.right, scene.picture.down))
-    width, height = np.linalg.norm(right), np.linalg.norm(down)
-    across, along = right / width, down / height
-    normal = np.cross(across, along)
-    square = normal @ normal
+    right, down = _exact(scene.picture.right), _exact(scene.picture.down)
+    normal = _cross(right, down)
+    square = sum(part * part for part in normal)
+    largest = max(abs(part) for part in normal)
+    scaled = np.array([float(part / largest) for part in normal])
     return {
         "corner": np.asarray(scene.picture.corner, dtype=np.float64),
-        "normal": normal / np.sqrt(square),
-        "dual_s": np.cross(along, normal) / square / width,
-        "dual_t": np.cross(normal, across) / square / height,
+        "normal": scaled / np.linalg.norm(scaled),
+        "dual_s": np.array([float(part / square) for part in _cross(down, normal)]),
+        "dual_t": np.array([float(part / square) for part in _cross(normal, right)]),
     }
+
+
+def _exact(vector: Vec3) -> list[Fraction]:
+    return [Fraction(part) for part in vector]
+
+
+def _cross(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
 def _source(scene: Scene, rays: str) -> Mapping[str, ArrayLike]:

@@ -42,7 +42,8 @@ class Placement:
         rotation = _rotation(lens.rotate)
         stretch = np.asarray(lens.stretch, dtype=np.float64)
         box = np.asarray(lens.surface.box(lens.values), dtype=np.float64)
-        margin = _BOX_MARGIN * (box[1] - box[0])
+        is_promise = lens.surface.promised is not None  # strictly inside already, and nothing is searched outside
+        margin = 0.0 if is_promise else _BOX_MARGIN * (box[1] - box[0])
         return cls(
             to_world=rotation * stretch,
             to_local=(rotation / stretch).T,
