@@ -16,6 +16,8 @@ class Method:
     guarantee: str  # what it promises, in a sentence for users
     writes: tuple[str, ...]  # the functions of a surface that it calls, as codegen names them
     reads: tuple[str, ...] = ()  # the keys of [numerics] it reads
+    is_guaranteed: bool = False  # it misses no crossing, and says where it cannot tell
+    wants_polynomial: bool = False  # it serves surfaces of which a polynomial of F's sign is known
 
 
 _ROWS = (
@@ -31,15 +33,24 @@ _ROWS = (
         fragments=("search_polynomial.cl",),
         guarantee="finds every crossing of a polynomial, by proof; a ray whose proof rounding forbids is undecided",
         writes=("along",),
+        is_guaranteed=True,
+        wants_polynomial=True,
     ),
 )
 
 METHODS: Mapping[str, Method] = MappingProxyType({row.name: row for row in _ROWS})
 
 
-def choose(name: str) -> Method:
-    """Return the method of a name; for "auto", the one with the strongest guarantee that serves every surface.
+def choose(name: str, *, is_polynomial: bool) -> Method | None:
+    """Return the method of a name, None where it does not serve a surface.
 
-    Rows of the table stand in rising order of their guarantee.
+    Parameters
+    ----------
+    name : str
+        As in `[numerics]`; "auto" is the first of the table's guaranteed methods that serves the surface.
+    is_polynomial : bool
+        Whether a polynomial of F's sign is known.
     """
-    return METHODS["march" if name == "auto" else name]
+    serving = [row for row in _ROWS if is_polynomial or not row.wants_polynomial]
+    asked = (row for row in serving if (row.is_guaranteed if name == "auto" else row.name == name))
+    return next(asked, METHODS["march"] if name == "auto" else None)

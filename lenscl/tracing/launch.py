@@ -16,6 +16,7 @@ from lenscl.codegen import KernelSource, Structure
 from lenscl.config import Scene
 from lenscl.device import Buffer, Device
 from lenscl.errors import StudyError, TraceError
+from lenscl.methods import Method
 from lenscl.tracing.numbers import scene_numbers
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import RayMap, RayPaths
@@ -145,9 +146,13 @@ class _Job:
     def empty_ends(self, rays: int) -> dict[str, NDArray[Any]]:
         """Return arrays for the ends of so many rays, one row a ray."""
         try:
-            return {name: np.empty((rays, n), self.dtype) if n else np.empty(rays, np.uint8) for name, n in self._arrays}
+            return {
+                name: np.empty((rays, n), self.dtype) if n else np.empty(rays, np.uint8) for name, n in self._arrays
+            }
         except MemoryError as error:
-            raise TraceError(f"film.size: there is no memory for the map of {rays:,} pixels; use a smaller film") from error
+            raise TraceError(
+                f"film.size: there is no memory for the map of {rays:,} pixels; use a smaller film"
+            ) from error
 
     def padded(self, array: NDArray[Any]) -> NDArray[Any]:
         """Return rows repeated at the end up to whole packets."""
@@ -199,12 +204,31 @@ def _structure(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structure:
         lenses=tuple(lens.surface for lens in scene.lenses),
         rays=rays,
         ends=ends,
-        methods=tuple(methods.choose(numerics.method) for _ in scene.lenses),
+        methods=_methods(scene),
         snell=numerics.snell,
         effects=effects.wanted({key: getattr(scene.effects, key) for key in effects.EFFECTS}),
         precision=numerics.precision,
         width=chosen.width(numerics.precision),
     )
+
+
+def _methods(scene: Scene) -> tuple[Method, ...]:
+    """Return the method of each lens."""
+    wanted, chosen, problems = scene.numerics.method, [], []
+    for number, lens in enumerate(scene.lenses):
+        is_polynomial = lens.surface.sign_polynomial(lens.values) is not None
+        method = methods.choose(wanted, is_polynomial=is_polynomial)
+        if method is None:
+            which = f'lens "{lens.name}"' if lens.name else f"lens[{number}]"
+            problems.append(
+                f'numerics.method: "{wanted}" searches polynomials, and {which} ({lens.surface.name}) is none '
+                'with these parameters; use "auto"'
+            )
+        else:
+            chosen.append(method)
+    if problems:
+        raise StudyError(problems)
+    return tuple(chosen)
 
 
 def _check_steps(scene: Scene, structure: Structure) -> None:

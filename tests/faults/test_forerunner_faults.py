@@ -33,6 +33,7 @@ class Tracer:
     name: str
     film: Callable[[Scene], Any]
     rays: Callable[[Scene, Array, Array], Any]
+    paint: Callable[[Scene, Any, Array, int], Array]
 
     def __str__(self) -> str:
         return self.name
@@ -44,7 +45,14 @@ def twin(name: str = "twin", change: Callable[[Scene], Scene] = lambda scene: sc
         name,
         lambda scene: reference.trace(change(scene), steps),
         lambda scene, o, d: reference.trace_rays(change(scene), o, d, steps),
+        painted_by_twin,
     )
+
+
+def painted_by_twin(scene: Scene, ends: Any, pixels: Array, outside: int) -> Array:
+    shape = scene.film.rows, scene.film.columns
+    painted = reference.paint(ends.st.reshape(*shape, 2), ends.status.reshape(shape), pixels, outside=outside)
+    return painted.reshape(-1, pixels.shape[2])
 
 
 def kernels(precision: str) -> Tracer:
@@ -59,7 +67,12 @@ def kernels(precision: str) -> Tracer:
             direction=raymap.direction.reshape(n, 3),
         )
 
-    return Tracer(precision, film, lambda scene, o, d: lenscl.trace_rays(scene, o, d, precision=precision))
+    def paint(scene: Scene, _ends: Any, pixels: Array, outside: int) -> Array:
+        return lenscl.paint(lenscl.trace(scene, precision=precision), pixels, outside=outside).reshape(
+            -1, pixels.shape[2]
+        )
+
+    return Tracer(precision, film, lambda scene, o, d: lenscl.trace_rays(scene, o, d, precision=precision), paint)
 
 
 SOUND = [twin(), kernels("double"), kernels("single")]
@@ -363,6 +376,49 @@ def any_distance(origin: Array, direction: Array, picture: Any) -> tuple[Array, 
     return np.where(hit[:, None], back, st), np.where(hit, backward, status)
 
 
+# Q12: a swept screen stays where the study holds it
+
+
+def q12_a_swept_size_keeps_what_the_study_holds_fixed(tracer: Tracer) -> None:
+    away = {"surface": "sphere", "centre": [0.0, 40.0, 0.0]}
+    held = make_scene(away, film={"size": [3, 3], "centre": [0.1, 0.2, 2.5]})
+    for scale in (0.25, 1.0, 3.0):
+        ends = tracer.film(held.replace({"film.scale": scale}))
+        reach = 6.5 / 1.5
+        assert ends.st[4] == pytest.approx(((reach * 0.1 + 3) / 6, (3 - reach * 0.2) / 6), abs=1e-6), "the centre pixel"
+        corner = 0.1 - scale * 1.3 / 3, 0.2 + scale * 1.3 / 3
+        assert ends.st[0] == pytest.approx(((reach * corner[0] + 3) / 6, (3 - reach * corner[1]) / 6), abs=1e-6)
+
+
+def corner_held(scene: Scene) -> Scene:
+    """Grow the film from its corner, whatever the study says."""
+    scale = scene.film.scale
+    unscaled = scene.replace({"film.scale": 1.0})
+    spans = {f"film.{name}": [scale * x for x in getattr(unscaled.film, name)] for name in ("right", "down")}
+    centre = np.array(unscaled.film.corner) + sum(np.array(span) for span in spans.values()) / 2
+    return unscaled.replace({**spans, "film.centre": centre.tolist()})
+
+
+# Q13: a miss is told from black content
+
+
+def q13_a_miss_has_a_status_and_the_users_colour(tracer: Tracer) -> None:
+    scene = make_scene(
+        {"surface": "sphere"}, film={"size": [24, 24]}, picture={"right": [2.0, 0, 0], "down": [0, -2.0, 0]}
+    )
+    ends = tracer.film(scene)
+    landed = ends.status == RayStatus.PICTURE
+    assert 20 < landed.sum() < 500
+    black = np.zeros((4, 4, 3), np.uint8)
+    painted = tracer.paint(scene, ends, black, 200)
+    assert (painted[landed] == 0).all()
+    assert (painted[~landed] == 200).all()
+
+
+def black_outside(scene: Scene, ends: Any, pixels: Array, _outside: int) -> Array:
+    return painted_by_twin(scene, ends, pixels, 0)
+
+
 CASES: list[tuple[Check, Tracer]] = [
     (q1_a_null_lens_is_the_identity_and_exits_obey_snell, twin("flipped root", refract=flipped_root)),
     (q2_total_reflection_has_a_status_and_nothing_is_nan, twin("complex root", refract=complex_root)),
@@ -375,6 +431,8 @@ CASES: list[tuple[Check, Tracer]] = [
     (q9_films_and_pictures_of_any_shape, twin("mixed up", film_rays=mixed_up)),
     (q10_the_picture_is_half_open, twin("closed edges", land=closed_edges)),
     (q11_a_screen_behind_or_along_the_ray_is_not_hit, twin("any distance", land=any_distance)),
+    (q12_a_swept_size_keeps_what_the_study_holds_fixed, twin("corner held", change=corner_held)),
+    (q13_a_miss_has_a_status_and_the_users_colour, replace(twin("black outside"), paint=black_outside)),
 ]
 
 
