@@ -11,8 +11,8 @@ from lenscl.errors import LensclError
 _PACKAGE = Path(__file__).resolve().parent.parent
 _HOMES = (_PACKAGE / "kernels", _PACKAGE.parent / "kernels")
 _REALS = {
-    "single": ("float", "int", "FLT_MAX", "x##f"),
-    "double": ("double", "long", "DBL_MAX", "x"),
+    "single": ("float", "int", "FLT", "x##f"),
+    "double": ("double", "long", "DBL", "x"),
 }
 
 
@@ -39,8 +39,9 @@ def located(name: str) -> str:
 
 def head(precision: Literal["single", "double"], width: int) -> str:
     """Return the definitions that kernels/prelude.cl expects: the precision and the lanes of a packet."""
-    real, mask, largest, literal = _REALS[precision]
+    real, mask, limits, literal = _REALS[precision]
     return (
         f"#define REAL {real}\n#define MASK {mask}\n#define VW {width}\n"
-        f"#define REAL_MAX {largest}\n#define NUMBER(x) {literal}\n"
+        f"#define REAL_MAX {limits}_MAX\n#define REAL_TINY {limits}_MIN\n#define REAL_EPSILON {limits}_EPSILON\n"
+        f"#define NUMBER(x) {literal}\n"
     )

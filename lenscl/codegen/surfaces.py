@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from textwrap import shorten
 from typing import Literal
 
 from lenscl.codegen.specialise import parameter_spelling
-from lenscl.expr import Expr, c_text, gradient
+from lenscl.expr import CText, Expr, band_text, c_text, derivative_along, gradient, symbol
 from lenscl.lenses import Surface
 
 Precision = Literal["single", "double"]
@@ -39,7 +39,10 @@ def function(
 ) -> str:
     """Return a C function that computes outputs and ends as told, each {name} of an output being its C text."""
     lanes = [name for name, spelled in symbols.items() if not spelled.startswith("shape.")]
-    text = c_text(outputs, symbols=symbols, lanes=lanes, precision=precision)
+    return _body(signature, c_text(outputs, symbols=symbols, lanes=lanes, precision=precision), ending)
+
+
+def _body(signature: str, text: CText, ending: str) -> str:
     lines = [*text.statements, *ending.format_map(text.results).splitlines()]
     return f"static inline {signature} {{\n" + "".join(f"  {line}\n" for line in lines) + "}\n"
 
@@ -66,10 +69,28 @@ def _gradient(prefix: str, surface: Surface, precision: Precision) -> str:
     return function(signature, _slopes(surface), ending, _local(surface), precision)
 
 
+def _band(prefix: str, surface: Surface, precision: Precision) -> str:
+    signature = f"band_t {prefix}_band(band3_t p, {prefix}_t shape)"
+    text = band_text(surface.expression, symbols=_local(surface), bands=_COORDINATES, precision=precision)
+    return _body(signature, text, "return {band};")
+
+
+def _slope_band(prefix: str, surface: Surface, precision: Precision) -> str:
+    signature = f"band_t {prefix}_slope_band(band3_t p, real3v d, {prefix}_t shape)"
+    names = {axis: _unlike(f"d{axis}", shape_symbols(surface)) for axis in _COORDINATES}
+    slope = derivative_along(surface.expression, {axis: symbol(name) for axis, name in names.items()})
+    symbols = _local(surface) | {name: f"d.{axis}" for axis, name in names.items()}
+    return _body(
+        signature, band_text(slope, symbols=symbols, bands=_COORDINATES, precision=precision), "return {band};"
+    )
+
+
 WRITERS: dict[str, Callable[[str, Surface, Precision], str]] = {
     "f": _value,
     "f_gradient": _value_and_gradient,
     "gradient": _gradient,
+    "band": _band,
+    "slope_band": _slope_band,
 }
 
 
@@ -79,6 +100,12 @@ def _slopes(surface: Surface) -> dict[str, Expr]:
 
 def _local(surface: Surface) -> dict[str, str]:
     return _COORDINATES | shape_symbols(surface)
+
+
+def _unlike(name: str, taken: Collection[str]) -> str:
+    while name in taken:
+        name += "_"
+    return name
 
 
 def _described(surface: Surface) -> str:

@@ -16,6 +16,7 @@ class Method:
     guarantee: str  # what it promises, in a sentence for users
     writes: tuple[str, ...]  # the functions of a surface that it calls, as codegen names them
     reads: tuple[str, ...] = ()  # the keys of [numerics] it reads
+    words: tuple[str, ...] = ()  # files of kernels/ that its surfaces' functions are written in, once a kernel
 
 
 _ROWS = (
@@ -26,14 +27,20 @@ _ROWS = (
         writes=("f", "f_gradient"),
         reads=("step", "tolerance"),
     ),
+    Method(
+        name="interval",
+        fragments=("newton.cl", "search_interval.cl"),
+        guarantee="finds every crossing, by proof; a ray whose proof rounding forbids is undecided",
+        writes=("f_gradient", "band", "slope_band"),
+        words=("interval.cl", "interval_arithmetic.cl", "interval_powers.cl", "interval_functions.cl"),
+    ),
 )
+
+_AUTO = "march"
 
 METHODS: Mapping[str, Method] = MappingProxyType({row.name: row for row in _ROWS})
 
 
 def choose(name: str) -> Method:
-    """Return the method of a name; for "auto", the one with the strongest guarantee that serves every surface.
-
-    Rows of the table stand in rising order of their guarantee.
-    """
-    return _ROWS[-1] if name == "auto" else METHODS[name]
+    """Return the method of a name; "auto" is `march`."""
+    return METHODS[_AUTO if name == "auto" else name]
