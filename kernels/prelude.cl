@@ -1,7 +1,7 @@
 // prelude.cl: the vocabulary every other fragment is written in.
 //
-// provides  real, realv, maskv, real3v, LANES; any_lane(), not_lane(), abs_v(), min_v(), max_v();
-//           dot3(), unit3(), at3(), pick3(), broadcast3(); scatter(), scatter_bytes()
+// provides  real, realv, maskv, real3v, LANES; any_lane(), not_lane(), abs_v(), min_v(), max_v(), pow_v();
+//           dot3(), unit3(), at3(), pick3(), broadcast3(); scatter(), gather()
 // set by    the generated head: REAL float|double, MASK int|long, VW 1|2|4|8|16, REAL_MAX, REAL_TINY,
 //           REAL_EPSILON, NUMBER(x), a literal in that precision (0.6f left in a double build would cost 3e-8)
 //
@@ -68,6 +68,18 @@ static inline maskv not_lane(maskv m) { return m == (maskv)0; }
 static inline realv abs_v(realv a) { return a < (realv)0 ? -a : a; }
 static inline realv min_v(realv a, realv b) { return b < a ? b : a; }
 static inline realv max_v(realv a, realv b) { return b > a ? b : a; }
+
+// PoCL 3.0's pow of a double8 with a lane of 0, 1e-300, infinity or NaN is wrong in other lanes; that of a double4 is not.
+static inline realv pow_v(realv a, realv b) {
+#if VW >= 8
+  realv c;
+  c.lo = pow(a.lo, b.lo);
+  c.hi = pow(a.hi, b.hi);
+  return c;
+#else
+  return pow(a, b);
+#endif
+}
 
 typedef struct {
   realv x, y, z;

@@ -26,6 +26,7 @@ def kernel_source(structure: Structure) -> KernelSource:
         located(f"rays_{structure.rays}.cl"),
         located("placement.cl"),
         located("search.cl"),
+        *(located(name) for name in dict.fromkeys(name for method in structure.methods for name in method.words)),
         *(piece for prefix in structure.surfaces() for piece in _searched_surface(structure, prefix)),
         *(piece for number in range(len(structure.lenses)) for piece in _lens(structure, number)),
         located(f"snell_{structure.snell}.cl"),

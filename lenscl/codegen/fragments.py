@@ -42,5 +42,6 @@ def head(precision: Literal["single", "double"], width: int) -> str:
     real, mask, limits, literal = _REALS[precision]
     return (
         f"#define REAL {real}\n#define MASK {mask}\n#define VW {width}\n"
-        f"#define REAL_MAX {limits}_MAX\n#define REAL_TINY {limits}_MIN\n#define REAL_EPSILON {limits}_EPSILON\n#define NUMBER(x) {literal}\n"
+        f"#define REAL_MAX {limits}_MAX\n#define REAL_TINY {limits}_MIN\n#define REAL_EPSILON {limits}_EPSILON\n"
+        f"#define NUMBER(x) {literal}\n"
     )

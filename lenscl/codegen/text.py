@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Literal
 
 from lenscl.codegen.specialise import parameter_spelling
-from lenscl.expr import Expr, c_text
+from lenscl.expr import CText, Expr, c_text
 from lenscl.lenses import Surface
 
 Precision = Literal["single", "double"]
@@ -17,7 +17,11 @@ def function(
 ) -> str:
     """Return a C function that computes outputs and ends as told, each {name} of an output being its C text."""
     lanes = [name for name, spelled in symbols.items() if not spelled.startswith("shape.")]
-    text = c_text(outputs, symbols=symbols, lanes=lanes, precision=precision)
+    return function_of(signature, c_text(outputs, symbols=symbols, lanes=lanes, precision=precision), ending)
+
+
+def function_of(signature: str, text: CText, ending: str) -> str:
+    """Return a C function with the given statements, which ends as told."""
     lines = [*text.statements, *ending.format_map(text.results).splitlines()]
     return f"static inline {signature} {{\n" + "".join(f"  {line}\n" for line in lines) + "}\n"
 

@@ -15,8 +15,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from lenscl.expr.c_writer import CText, c_text
-from lenscl.expr.derive import differentiate, gradient, magnitude, polynomial
+from lenscl.expr.derive import derivative_along, differentiate, gradient, magnitude, polynomial
 from lenscl.expr.graph import Expr, digest, number, symbol
+from lenscl.expr.interval_writer import band_text
 from lenscl.expr.operations import FUNCTIONS, OPERATIONS, Operation
 from lenscl.expr.reader import parse
 
@@ -30,8 +31,10 @@ __all__ = [
     "CText",
     "Expr",
     "Operation",
+    "band_text",
     "bounds",
     "c_text",
+    "derivative_along",
     "differentiate",
     "digest",
     "evaluate",

@@ -78,7 +78,7 @@ def c_text(
     KeyError
         If a symbol has no spelling.
     """
-    return _Writer(outputs, symbols, lanes, precision).write()
+    return Writer(outputs, symbols, lanes, precision).write()
 
 
 def spell_number(value: float, precision: Precision) -> str:
@@ -86,14 +86,15 @@ def spell_number(value: float, precision: Precision) -> str:
     if precision == "double":
         return _pointed(repr(value))
     try:
-        nearest = _single(value)
+        nearest = single(value)
     except OverflowError:
         return "INFINITY" if value > 0.0 else "-INFINITY"
-    digits = next(text for n in range(1, 10) if _single(float(text := f"{nearest:.{n}g}")) == nearest)
+    digits = next(text for n in range(1, 10) if single(float(text := f"{nearest:.{n}g}")) == nearest)
     return _pointed(digits) + "f"
 
 
-def _single(value: float) -> float:
+def single(value: float) -> float:
+    """Round to the nearest number of single precision; OverflowError beyond its largest."""
     return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 
@@ -135,7 +136,9 @@ def lowered(roots: Iterable[Expr]) -> tuple[dict[Expr, Expr], dict[Expr, Expr]]:
     return lower, origin
 
 
-class _Writer:
+class Writer:
+    """Names shared parts, in the order of use; how a node is spelled is for subclasses to change."""
+
     def __init__(
         self, outputs: Mapping[str, Expr], symbols: Mapping[str, str], lanes: Collection[str], precision: Precision
     ) -> None:
@@ -166,6 +169,7 @@ class _Writer:
         return {each for each in named if each.args and not (each.op == "neg" and not each.args[0].args)}
 
     def write(self) -> CText:
+        """Spell everything, operands first."""
         for each in self._order:
             self._on_lanes[each] = each.name in self._lane_names or any(self._on_lanes[arg] for arg in each.args)
             self._text[each] = self._spell(each)
@@ -175,11 +179,14 @@ class _Writer:
             self._formula[each], self._brief[each] = self._say(each, self._formula), self._say(each, self._brief)
             if each in self._named:
                 self._declare(each)
-        results = {
-            name: self._text[expr][0] if self._on_lanes[expr] or not self._lane_names else self._widened(expr)
-            for name, expr in self._outputs.items()
-        }
-        return CText(tuple(self._statements), results)
+        return CText(tuple(self._statements), {name: self._result(expr) for name, expr in self._outputs.items()})
+
+    def _result(self, each: Expr) -> str:
+        return self._text[each][0] if self._on_lanes[each] or not self._lane_names else self._widened(each)
+
+    def _kind(self, each: Expr) -> str:
+        """Return the C type of a node."""
+        return "realv" if self._on_lanes[each] else "real"
 
     def _spell(self, each: Expr) -> tuple[str, int]:
         if each.op == "number":
@@ -197,8 +204,9 @@ class _Writer:
             else self._widened(arg)  # functions and ?: take operands of one type only
             for arg, needed in zip(each.args, needs, strict=True)
         ]
-        kind = "realv" if self._on_lanes[each] else "real"
-        return row.c.format(*parts, zero=spell_number(0.0, self._precision), nan=f"({kind})(NAN)"), level
+        nan = f"({self._kind(each)})(NAN)"
+        power = "pow_v" if self._on_lanes[each] else "pow"
+        return row.c.format(*parts, zero=spell_number(0.0, self._precision), nan=nan, power=power), level
 
     def _widened(self, each: Expr) -> str:
         """Spell a scalar as a value for every lane."""
@@ -218,8 +226,7 @@ class _Writer:
 
     def _declare(self, each: Expr) -> None:
         name = self._name(each)
-        kind = "realv" if self._on_lanes[each] else "real"
-        line = f"const {kind} {name} = {self._text[each][0]};"
+        line = f"const {self._kind(each)} {name} = {self._text[each][0]};"
         says = self._formula[each][0]
         if len(says) > _COMMENT:
             says, self._formula[each] = self._brief[each][0], (name, ATOM)

@@ -15,10 +15,15 @@ def differentiate(expr: Expr, name: str) -> Expr:
     `abs`, `min` and `max` have the derivative of the branch that their value is on; where branches meet, of the one
     that the value is taken from. Infinities and NaN come out where a derivative has none (`cbrt` at 0).
     """
+    return derivative_along(expr, {name: ONE})
+
+
+def derivative_along(expr: Expr, direction: Mapping[str, Expr]) -> Expr:
+    """Differentiate with respect to t where each symbol given is `origin + t direction`; the others are constant."""
     slope: dict[Expr, Expr] = {}
     for each in walk([expr]):
         if not each.args:
-            slope[each] = ONE if each.op == "symbol" and each.name == name else ZERO
+            slope[each] = direction.get(str(each.name), ZERO) if each.op == "symbol" else ZERO
         elif all(slope[arg] is ZERO for arg in each.args):
             slope[each] = ZERO
         else:

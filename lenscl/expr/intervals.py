@@ -99,7 +99,11 @@ def divide(u: Interval, v: Interval) -> Interval:
     lo, hi = np.minimum.reduce(ends), np.maximum.reduce(ends)
     clash = (through_zero & _has(u, 0.0)) | (_unbounded(u) & _unbounded(v))
     wide = _outward(lo, hi, u.undefined | v.undefined | clash)
-    return Interval(np.where(through_zero, -np.inf, wide.lo), np.where(through_zero, np.inf, wide.hi), wide.undefined)
+    never_below = ((u.lo >= 0.0) & (v.lo > 0.0)) | ((u.hi <= 0.0) & (v.hi < 0.0))
+    never_above = ((u.lo >= 0.0) & (v.hi < 0.0)) | ((u.hi <= 0.0) & (v.lo > 0.0))
+    lo = np.where(never_below, np.maximum(wide.lo, 0.0), np.where(through_zero, -np.inf, wide.lo))
+    hi = np.where(never_above, np.minimum(wide.hi, 0.0), np.where(through_zero, np.inf, wide.hi))
+    return Interval(lo, hi, wide.undefined)
 
 
 def integer_power(u: Interval, n: int) -> Interval:
@@ -226,6 +230,5 @@ def real_power(u: Interval, p: Interval) -> Interval:
     )
     nowhere = u.hi < 0.0
     unknown = nowhere | _unbounded(p)
-    return Interval(
-        np.where(unknown, -np.inf, np.maximum(wide.lo, 0.0)), np.where(unknown, np.inf, wide.hi), wide.undefined
-    )
+    least = np.where(_unbounded(p), 0.0, np.maximum(wide.lo, 0.0))
+    return Interval(np.where(nowhere, -np.inf, least), np.where(unknown, np.inf, wide.hi), wide.undefined)

@@ -309,7 +309,7 @@ _ROWS: tuple[Operation, ...] = (
     ),
     _function(
         "pow", 2, stem="pow", named=True, c_level=CHOICE, c_needs=(SUM, FREE),
-        c="{0} < {zero} ? {nan} : pow({0}, {1})",  # not powr: it is NaN for 0^0
+        c="{0} < {zero} ? {nan} : {power}({0}, {1})",  # not powr: it is NaN for 0^0
         evaluate=lambda np, u, p: np.where(u >= 0.0, np.power(u, p), np.nan),
         derivative=lambda w, u, p, du, dp: (
             p * build("pow", u, p - 1.0) * du if dp is ZERO else w * (dp * build("log", u) + p * du / u)

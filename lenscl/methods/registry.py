@@ -18,6 +18,7 @@ class Method:
     reads: tuple[str, ...] = ()  # the keys of [numerics] it reads
     is_guaranteed: bool = False  # it misses no crossing, and says where it cannot tell
     wants_polynomial: bool = False  # it serves surfaces of which a polynomial of F's sign is known
+    words: tuple[str, ...] = ()  # files of kernels/ that its surfaces' functions are written in, once a kernel
 
 
 _ROWS = (
@@ -35,6 +36,14 @@ _ROWS = (
         writes=("along",),
         is_guaranteed=True,
         wants_polynomial=True,
+    ),
+    Method(
+        name="interval",
+        fragments=("newton.cl", "search_interval.cl"),
+        guarantee="finds every crossing, by proof; a ray whose proof rounding forbids is undecided",
+        writes=("f_gradient", "band", "slope_band"),
+        words=("interval.cl", "interval_arithmetic.cl", "interval_powers.cl", "interval_functions.cl"),
+        is_guaranteed=True,
     ),
 )
 

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from lenscl.config import Point, Scene, Study
 from lenscl.errors import StudyError
-from lenscl.methods import choose
-from lenscl.tracing import Placement, locate
+from lenscl.tracing import Placement, locate, methods_of
 
 Points = NDArray[np.float64]
 
@@ -165,10 +164,9 @@ def _lenses_out_of_the_way(scene: Scene, placed: list[tuple[str, Placement]]) ->
 
 
 def _steps_too_long(scene: Scene) -> Iterator[HardSpot]:
-    method = choose(scene.numerics.method)
-    if "step" not in method.reads:
-        return
-    for number, lens in enumerate(scene.lenses):
+    for number, (lens, method) in enumerate(zip(scene.lenses, methods_of(scene), strict=True)):
+        if "step" not in method.reads:
+            continue
         low, high = np.asarray(lens.surface.box(lens.values), dtype=np.float64)
         thinnest = float(((high - low) * np.abs(lens.stretch)).min())
         step = scene.numerics.step

@@ -120,6 +120,31 @@ def kernel_source(scene: Scene, *, rays: str | None = None, device: Device | str
     return codegen.kernel_source(_structure(scene, rays or scene.source.kind, ends, _chosen(device)))
 
 
+def methods_of(scene: Scene) -> tuple[Method, ...]:
+    """Return the method that searches each lens.
+
+    Raises
+    ------
+    StudyError
+        If the one asked for does not serve a lens.
+    """
+    wanted, chosen, problems = scene.numerics.method, [], []
+    for number, lens in enumerate(scene.lenses):
+        is_polynomial = lens.surface.sign_polynomial(lens.values) is not None
+        method = methods.choose(wanted, is_polynomial=is_polynomial)
+        if method is None:
+            which = f'lens "{lens.name}"' if lens.name else f"lens[{number}]"
+            problems.append(
+                f'numerics.method: "{wanted}" searches polynomials, and {which} ({lens.surface.name}) is none '
+                'with these parameters; use "auto"'
+            )
+        else:
+            chosen.append(method)
+    if problems:
+        raise StudyError(problems)
+    return tuple(chosen)
+
+
 class _Job:
     """A scene made ready for launches: its program, its numbers on the device, and the time spent."""
 
@@ -204,31 +229,12 @@ def _structure(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structure:
         lenses=tuple(lens.surface for lens in scene.lenses),
         rays=rays,
         ends=ends,
-        methods=_methods(scene),
+        methods=methods_of(scene),
         snell=numerics.snell,
         effects=effects.wanted({key: getattr(scene.effects, key) for key in effects.EFFECTS}),
         precision=numerics.precision,
         width=chosen.width(numerics.precision),
     )
-
-
-def _methods(scene: Scene) -> tuple[Method, ...]:
-    """Return the method of each lens."""
-    wanted, chosen, problems = scene.numerics.method, [], []
-    for number, lens in enumerate(scene.lenses):
-        is_polynomial = lens.surface.sign_polynomial(lens.values) is not None
-        method = methods.choose(wanted, is_polynomial=is_polynomial)
-        if method is None:
-            which = f'lens "{lens.name}"' if lens.name else f"lens[{number}]"
-            problems.append(
-                f'numerics.method: "{wanted}" searches polynomials, and {which} ({lens.surface.name}) is none '
-                'with these parameters; use "auto"'
-            )
-        else:
-            chosen.append(method)
-    if problems:
-        raise StudyError(problems)
-    return tuple(chosen)
 
 
 def _check_steps(scene: Scene, structure: Structure) -> None:

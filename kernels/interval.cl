@@ -1,0 +1,80 @@
+// interval.cl: all that an expression can be on a segment of a ray, as a band about a straight line.
+//
+// provides  band_t, band3_t, segment_t; make_segment(), coordinate_error(), band_on_segment(); band_reach(), band_low(),
+//           band_high(), band_pick(), band_between(), band_known()
+// needs     prelude; REAL_EPSILON, REAL_TINY
+// source    affine arithmetic cut down to one shared term: Knoll, Hijazi, Kensler, Schott, Hansen, Hagen, Fast ray
+//           tracing of arbitrary implicit surfaces with interval and affine arithmetic, CGF 28(1), 2009
+//
+// A segment is seen from its middle: u = -1 where it starts, 1 where it ends. The value of an expression at u differs
+// from mid + rise u by at most error; at every real place of the segment, in exact arithmetic. Since the line keeps
+// what the parts have in common, error shrinks with the square of the segment's length; for plain intervals, with the
+// length. There is no directed rounding in OpenCL, so each operation (interval_*.cl) adds to error what its own rounding can be:
+//
+//   ROUNDING (twice the unit roundoff) of the magnitudes that it adds up: one rounding of the line's two numbers;
+//     products and functions say what more
+//   the factor WIDEN for the sums of positive terms that make up error itself: not more than 16 roundings
+//   UNDERFLOW: not more than 16 results that are flushed to zero, of which each loses less than the smallest normal
+//
+// Where nothing is known, error is infinite or NaN and so is everything made of it. So a proof must be a comparison
+// that holds; one with NaN never does.
+
+#define ROUNDING ((realv)REAL_EPSILON)
+#define WIDEN ((realv)(1 + 8 * REAL_EPSILON))
+#define LOOSEN ((realv)(1 + 64 * REAL_EPSILON))  // for what takes up to 128 roundings: bounds of curvature
+#define UNDERFLOW ((realv)(16 * REAL_TINY))
+#define HALF ((realv)NUMBER(0.5))
+
+typedef struct {
+  realv mid, rise, error;
+} band_t;
+
+typedef struct {
+  band_t x, y, z;
+} band3_t;
+
+// How far a band reaches from mid, rounded up.
+static inline realv band_reach(band_t a) { return (abs_v(a.rise) + a.error) * WIDEN + ROUNDING * abs_v(a.mid); }
+
+static inline realv band_low(band_t a) { return a.mid - band_reach(a); }
+
+static inline realv band_high(band_t a) { return a.mid + band_reach(a); }
+
+static inline band_t band_pick(maskv m, band_t a, band_t b) {
+  const band_t c = {m ? a.mid : b.mid, m ? a.rise : b.rise, m ? a.error : b.error};
+  return c;
+}
+
+// Everything between two numbers that are each wrong by at most so many ulp.
+static inline band_t band_between(realv low, realv high, int ulps) {
+  const band_t c = {HALF * low + HALF * high, (realv)0,
+                    ((HALF * high - HALF * low) + (realv)(ulps + 1) * ROUNDING * (abs_v(low) + abs_v(high))) * WIDEN +
+                        UNDERFLOW};
+  return c;
+}
+
+// The same band, or nothing known outside the lanes.
+static inline band_t band_known(maskv known, band_t a) {
+  const band_t c = {a.mid, a.rise, known ? a.error : (realv)INFINITY};
+  return c;
+}
+
+typedef struct {
+  realv mid, reach;  // places from mid - reach to mid + reach, rounded outwards
+} segment_t;
+
+static inline segment_t make_segment(realv start, realv end) {
+  const realv mid = HALF * (start + end);
+  const segment_t segment = {mid, max_v(end - mid, mid - start) * WIDEN};
+  return segment;
+}
+
+// What a coordinate's band on any segment up to `length` may be wrong by: roundings of o, of t d twice and of reach d.
+static inline realv coordinate_error(realv o, realv d, realv length) {
+  return ROUNDING * (abs_v(o) + (realv)2 * length * abs_v(d)) + UNDERFLOW;
+}
+
+static inline band_t band_on_segment(realv o, realv d, realv error, segment_t segment) {
+  const band_t c = {o + segment.mid * d, segment.reach * d, error};
+  return c;
+}

@@ -1,0 +1,69 @@
+// interval_functions.cl: functions of bands that are neither roots nor powers.
+//
+// provides  band_exp(), band_log(), band_sin(), band_cos(), band_tan(), band_tanh(), band_atan2()
+// needs     prelude, interval, interval_arithmetic, interval_powers
+
+static inline band_t band_exp(band_t a) {
+  const realv value = exp(a.mid);
+  return band_bent(a, value, value, (realv)0, exp(band_high(a)), EXP_ULP);
+}
+
+static inline band_t band_log(band_t a, realv least) {
+  const realv low = max_v(band_low(a), least);
+  const band_t bent = band_bent(a, log(a.mid), (realv)1 / a.mid, (realv)-1 / (low * low), (realv)0,
+                                LOG_ULP + DIVIDE_ULP);
+  return band_known((low > (realv)0) & (a.mid >= low) & (band_high(a) < (realv)REAL_MAX), bent);
+}
+
+// A wave of height 1 whose slope is known at the middle; beyond one radian it may be all of [-1, 1].
+static inline band_t band_wave(band_t a, realv value, realv slope) {
+  const realv reach = band_reach(a);
+  const band_t all = {(realv)0, (realv)0, (realv)1};
+  return band_known(reach < (realv)REAL_MAX,
+                    band_pick(reach > (realv)1, all, band_bent(a, value, slope, (realv)-1, (realv)1, SIN_ULP)));
+}
+
+static inline band_t band_sin(band_t a) { return band_wave(a, sin(a.mid), cos(a.mid)); }
+
+static inline band_t band_cos(band_t a) { return band_wave(a, cos(a.mid), -sin(a.mid)); }
+
+// Between low and high, less than 3 apart, there is a pole exactly if the tangent falls. Its curvature rises.
+static inline band_t band_tan(band_t a) {
+  const realv low = tan(band_low(a));
+  const realv high = tan(band_high(a));
+  const realv value = tan(a.mid);
+  const realv curve_low = (realv)2 * low * ((realv)1 + low * low);
+  const realv curve_high = (realv)2 * high * ((realv)1 + high * high);
+  const band_t bent = band_bent(a, value, (realv)1 + value * value, curve_low, curve_high, 2 * TAN_ULP + 2);
+  return band_known((band_reach(a) < NUMBER(1.5)) & (low <= value) & (value <= high), bent);
+}
+
+// |tanh''| <= 4 / (3 sqrt 3) = 0.7698; the slope 1 - tanh^2 is wrong by twice the value's error.
+static inline band_t band_tanh(band_t a) {
+  const realv value = tanh(a.mid);
+  const realv reach = band_reach(a);
+  band_t bent = band_bent(a, value, (realv)1 - value * value, (realv)NUMBER(-0.77), (realv)NUMBER(0.77), TANH_ULP);
+  bent.error = (bent.error + (realv)(2 * TANH_ULP + 2) * ROUNDING * reach) * WIDEN;
+  const band_t all = {(realv)0, (realv)0, (realv)1};
+  return band_known(reach < (realv)REAL_MAX, band_pick(reach > (realv)2, all, bent));
+}
+
+// The angle is that of the middle plus the arc tangent of the rest, in axes turned so that the middle lies along x.
+static inline band_t band_atan2(band_t y, band_t x) {
+  const band_t along = band_add(band_scale(x, x.mid), band_scale(y, y.mid));
+  const band_t across = band_subtract(band_scale(y, x.mid), band_scale(x, y.mid));
+  const band_t rest = band_divide(across, along, (realv)-INFINITY);
+  const realv value = atan2(y.mid, x.mid);
+  const realv tangent = rest.mid;  // zero but for rounding
+  const band_t turned = band_bent(rest, atan(tangent), (realv)1 / ((realv)1 + tangent * tangent), (realv)NUMBER(-0.65),
+                                  (realv)NUMBER(0.65), ATAN_ULP + DIVIDE_ULP);
+  band_t angle = band_shift(turned, value);
+  angle.error = (angle.error + (realv)ATAN_ULP * ROUNDING * abs_v(value)) * WIDEN;
+
+  // Across the cut, where x <= 0 and y changes sign, and about the origin, it may be anything from -pi to pi
+  const maskv cut = (band_low(x) <= (realv)0) & (band_low(y) <= (realv)0) & (band_high(y) >= (realv)0);
+  const band_t all = {(realv)0, (realv)0, (realv)NUMBER(3.1415928)};
+  const maskv bounded = (band_reach(y) < (realv)REAL_MAX) & (band_reach(x) < (realv)REAL_MAX);
+  const maskv sure = not_lane(cut) & (band_low(along) > (realv)0) & (angle.error < (realv)NUMBER(3.0));
+  return band_known(bounded, band_pick(sure, angle, all));
+}

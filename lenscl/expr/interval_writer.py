@@ -1,0 +1,145 @@
+"""Expressions as bands: what bounds them on a segment of a ray, in the words of `kernels/interval*.cl`.
+
+Every operation of the table has a function there. A number or parameter is exact and cheaper to add or multiply by;
+what depends on parameters alone is a band too, a flat one, since its rounding counts as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+from lenscl.expr.c_writer import CText, Precision, Writer, single, spell_number
+from lenscl.expr.graph import Expr, walk
+from lenscl.expr.operations import ATOM
+
+CALLS: Mapping[str, str] = {
+    "+": "band_add({}, {})",
+    "-": "band_subtract({}, {})",
+    "neg": "band_negate({})",
+    "*": "band_multiply({}, {})",
+    "/": "band_divide({}, {}, {least_1})",
+    "sqrt": "band_sqrt({}, {least_0})",
+    "cbrt": "band_cbrt({})",
+    "abs": "band_abs({})",
+    "min": "band_min({}, {})",
+    "max": "band_max({}, {})",
+    "where": "band_where({}, {}, {}, {})",
+    "exp": "band_exp({})",
+    "log": "band_log({}, {least_0})",
+    "sin": "band_sin({})",
+    "cos": "band_cos({})",
+    "tan": "band_tan({})",
+    "atan2": "band_atan2({}, {})",
+    "tanh": "band_tanh({})",
+    "hypot": "band_hypot({}, {})",
+    "pow": "band_pow({}, {}, {least_0})",
+}  # by the name of the table's row; integer powers have become products. least_i: a number operand i is never below
+
+
+def band_text(expr: Expr, *, symbols: Mapping[str, str], bands: Collection[str], precision: Precision) -> CText:
+    """Spell an expression as a band, sharing what its parts have in common.
+
+    Parameters
+    ----------
+    expr : Expr
+        Any expression.
+    symbols : mapping of str to str
+        The C spelling of every symbol that occurs.
+    bands : collection of str
+        The symbols that are bands; the others are exact numbers, the same along the segment.
+    precision : "single" or "double"
+        What `real` is.
+
+    Returns
+    -------
+    CText
+        The result is called `band`.
+    """
+    return _BandWriter({"band": expr}, symbols, bands, precision).write()
+
+
+class _BandWriter(Writer):
+    def _kind(self, each: Expr) -> str:
+        return "band_t"
+
+    def _result(self, each: Expr) -> str:
+        return self._band(each)
+
+    def _spell(self, each: Expr) -> tuple[str, int]:
+        if each.args:
+            return self._call(each), ATOM
+        return (self._symbols[str(each.name)] if each.op == "symbol" else self._number(each)), ATOM
+
+    def _number(self, each: Expr) -> str:
+        assert each.value is not None
+        spelled = spell_number(each.value, self._precision)
+        return f"({spelled})" if each.value < 0.0 else spelled
+
+    def _call(self, each: Expr) -> str:
+        if (special := self._special(each)) is not None:
+            return special
+        least = {
+            f"least_{i}": self._least(arg) for i, arg in enumerate(each.args) if f"{{least_{i}}}" in CALLS[each.op]
+        }
+        return CALLS[each.op].format(*(self._band(arg) for arg in each.args), **least)
+
+    def _special(self, each: Expr) -> str | None:
+        """Spell what is cheaper than by bands alone."""
+        if each.op not in ("+", "-", "*", "/"):
+            return None
+        u, v = each.args
+        if self._exact(u) and self._exact(v):
+            return None
+        if each.op == "+" and (self._exact(u) or self._exact(v)):
+            u, v = (v, u) if self._exact(u) else (u, v)
+            return f"band_shift({self._band(u)}, {self._real(v)})"
+        if each.op == "-" and self._exact(v):
+            return f"band_shift({self._band(u)}, -{self._real(v)})"
+        if each.op == "-" and self._exact(u):
+            return f"band_shift(band_negate({self._band(v)}), {self._real(u)})"
+        if each.op == "*" and u is v:
+            return f"band_square({self._band(u)})"
+        if each.op == "*" and (self._exact(u) or self._exact(v)):
+            u, v = (v, u) if self._exact(u) else (u, v)
+            return f"band_scale({self._band(u)}, {self._real(v)})"
+        if each.op == "*" and (self._flat(u) or self._flat(v)):
+            u, v = (v, u) if self._flat(u) else (u, v)
+            return f"band_times_flat({self._band(u)}, {self._band(v)})"
+        if each.op == "/" and self._flat(v):
+            return f"band_times_flat({self._band(u)}, band_reciprocal({self._band(v)}, {self._least(v)}))"
+        return None
+
+    def _flat(self, each: Expr) -> bool:
+        return not self._on_lanes[each]
+
+    def _exact(self, each: Expr) -> bool:
+        """Say whether a node is a number known exactly: a parameter, or a constant that this precision holds."""
+        if each.op == "symbol":
+            return self._flat(each)
+        return each.value is not None and self._holds(each.value)
+
+    def _holds(self, value: float) -> bool:
+        try:
+            return self._precision == "double" or single(value) == value
+        except OverflowError:
+            return False
+
+    def _real(self, each: Expr) -> str:
+        return f"(realv){self._text[each][0]}"
+
+    def _band(self, each: Expr) -> str:
+        if each.args or not self._flat(each):
+            return self._text[each][0]
+        return f"band_{'exact' if self._exact(each) else 'rounded'}({self._real(each)})"
+
+    def _least(self, each: Expr) -> str:
+        """Spell what an operand is never below, whatever the coordinates and parameters are."""
+        from lenscl.expr.enclose import bounds  # numpy, which only those wait for who write bands
+
+        everything = {str(part.name): (-float("inf"), float("inf")) for part in walk([each]) if part.op == "symbol"}
+        low = float(bounds(each, everything)[0])
+        if not 0.0 <= low < 1e38:  # only positive operands matter; and single precision ends there
+            return "(realv)-INFINITY"
+        if not self._holds(low):
+            low *= 1.0 - 2.0**-20  # nearest is then below
+        return f"(realv){spell_number(low, self._precision)}"

@@ -1,0 +1,45 @@
+"""Compute the band of an expression from Python: `kernels/interval.cl` with the text written for the expression."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from probe import Probe
+
+from lenscl.codegen import fragment
+from lenscl.expr import Expr, band_text
+from lenscl.methods import METHODS
+
+Array = NDArray[Any]
+SYMBOLS = {"x": "p.x", "y": "p.y", "z": "p.z", "k": "k"}
+
+
+class Bands:
+    """Expressions' bands in x, y, z (bands) and k (an exact number), as functions of theirs, in one program."""
+
+    def __init__(
+        self,
+        expressions: Sequence[Expr],
+        precision: str,
+        width: int,
+        edit: Callable[[str], str] = lambda text: text,
+    ) -> None:
+        body = ["const band3_t p = {{in_0, in_1, in_2}, {in_3, in_4, in_5}, {in_6, in_7, in_8}};"]
+        body += ["const realv k = in_9;"]
+        for i, expr in enumerate(expressions):
+            text = band_text(expr, symbols=SYMBOLS, bands="xyz", precision=precision)  # type: ignore[arg-type]
+            body += ["{", *text.statements, f"const band_t c = {text.results['band']};"]
+            body += [f"out_{3 * i} = c.mid; out_{3 * i + 1} = c.rise; out_{3 * i + 2} = c.error;", "}"]
+        words = "\n".join(fragment(name) for name in METHODS["interval"].words)
+        count = 3 * len(expressions)
+        self._probe = Probe((), "\n".join(body), 10, count, precision, width, edit(words))
+
+    def __call__(self, x: Array, y: Array, z: Array, k: ArrayLike = 0.0) -> Array:
+        """Return shape (expressions, N, 3): mid, rise, error; x, y, z likewise."""
+        columns = np.broadcast_arrays(*np.transpose(x), *np.transpose(y), *np.transpose(z), np.asarray(k, float))
+        out: Array = self._probe(*columns)
+        by_expression: Array = out.reshape(len(out), -1, 3).transpose(1, 0, 2)
+        return by_expression
