@@ -5,7 +5,7 @@ Tiles bound the memory a film takes on the device; one launch traces one tile.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -17,6 +17,8 @@ from lenscl.config import Scene
 from lenscl.device import Buffer, Device
 from lenscl.errors import StudyError, TraceError
 from lenscl.methods import Method
+from lenscl.status import RayStatus
+from lenscl.tracing.film import film_rays
 from lenscl.tracing.numbers import scene_numbers
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import RayMap, RayPaths
@@ -60,6 +62,7 @@ def trace(
         arrays = job.empty_ends(film.rows * film.columns)
         for row, column, columns, first, count in _tiles(film.rows, film.columns):
             job.run(arrays, (row, column, columns, count), first, ())
+        job.decide(arrays, lambda undecided: film_rays(job.scene, undecided))
         return job, _shaped(arrays, film.rows, film.columns)
 
     def legs() -> tuple[NDArray[Any], NDArray[Any]]:
@@ -111,6 +114,7 @@ def trace_rays(
         count = len(points[part])
         arrays = [points[part].astype(job.dtype), units[part].astype(job.dtype), inside[part], on[part]]
         job.run(ends, (0, first, count, count), first, [job.device.upload(job.padded(array)) for array in arrays])
+    job.decide(ends, lambda undecided: (points[undecided], units[undecided]))
     return RayPaths(**_shaped(ends, len(points)), **job.record())
 
 
@@ -151,7 +155,7 @@ class _Job:
     def __init__(self, scene: Scene, source: KernelSource, chosen: Device) -> None:
         self.scene, self.source, self.device = scene, source, chosen
         self.dtype = _REALS[scene.numerics.precision]
-        self._seconds = 0.0
+        self._seconds, self._escalated = 0.0, 0
         self._program = chosen.build(source.text)
         self._numbers = chosen.upload(source.layout.pack(scene_numbers(scene, source), self.dtype))
         self._arrays = _ARRAYS[source.structure.ends]
@@ -200,10 +204,22 @@ class _Job:
         for name, _ in self._arrays:
             self.device.download(self._buffers[name], ends[name][first : first + count])
 
+    def decide(self, ends: dict[str, NDArray[Any]], rays_of: Callable[[NDArray[np.intp]], tuple[Any, Any]]) -> None:
+        """Trace again in double precision the rays that single precision left undecided, where the device can."""
+        undecided = np.flatnonzero(ends["status"] == RayStatus.UNDECIDED)
+        if self.scene.numerics.precision != "single" or not self.device.has_double or not undecided.size:
+            return
+        again = trace_rays(self.scene, *rays_of(undecided), precision="double", device=self.device)
+        for name, array in ends.items():
+            array[undecided] = getattr(again, name)
+        self._escalated = len(undecided)
+        self._seconds += again.trace_seconds
+
     def record(self) -> dict[str, Any]:
         """Return what a result says of how it was made."""
         return {
             "trace_seconds": self._seconds,
+            "escalated": self._escalated,
             "kernel": self.source,
             "scene": self.scene,
             "device": self.device,

@@ -67,9 +67,15 @@ def _source(scene: Scene, rays: str) -> Mapping[str, ArrayLike]:
         at = np.asarray(scene.source.at, dtype=np.float64)
         inside, on = locate(scene, at[None, :])
         return {"at": at, "inside": inside[0], "on": on[0]}
+    direction, plane = parallel_source(scene)
+    return {"direction": direction, "plane": plane}
+
+
+def parallel_source(scene: Scene) -> tuple[NDArray[np.float64], float]:
+    """Return the unit direction of parallel light, and where along it the rays start, before everything."""
     direction = np.asarray(scene.source.direction, dtype=np.float64)
     direction = direction / np.linalg.norm(direction)
-    return {"direction": direction, "plane": float((_extent(scene) @ direction).min())}
+    return direction, float((_extent(scene) @ direction).min())
 
 
 def _extent(scene: Scene) -> NDArray[np.float64]:

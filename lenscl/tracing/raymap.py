@@ -33,8 +33,10 @@ class _Rays:
         The last straight leg: its start, a surface point or the source, and its unit direction.
     trace_seconds : float
         Device time of all launches.
+    escalated : int
+        How many rays were undecided in single precision and traced again in double.
     kernel : KernelSource
-        What traced them.
+        What traced them; of the escalated ones, all but their precision.
     scene : Scene
         What was traced, with any method or precision asked for in the call.
     device : Device
@@ -45,6 +47,7 @@ class _Rays:
     status: NDArray[np.uint8] = field(repr=False)
     events: NDArray[np.uint8] = field(repr=False)
     trace_seconds: float
+    escalated: int
     kernel: KernelSource = field(repr=False)
     scene: Scene = field(repr=False)
     device: Device

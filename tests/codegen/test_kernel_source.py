@@ -51,7 +51,7 @@ def test_a_surface_used_twice_is_written_once() -> None:
     text = source_of(
         make_scene({"surface": "torus", "name": "a"}, {"surface": "torus", "name": "b", "centre": [0, 0, 1]})
     ).text
-    assert text.count("static inline realv torus_f(") == 1
+    assert text.count("static inline void torus_along(") == 1
     assert "lens_1_meet(ray" in text
     assert "shape_1" in text
 
@@ -123,7 +123,7 @@ def test_two_hundred_points_over_numbers_build_one_program() -> None:
 def test_generated_text_opens_with_what_it_is_and_marks_its_files() -> None:
     text = source_of(make_scene({"surface": "torus"})).text
     assert text.startswith("// lenses   torus\n")
-    for name in ("prelude.cl", "search_march.cl", "lens.cl", "trace.cl"):
+    for name in ("prelude.cl", "search_polynomial.cl", "lens.cl", "trace.cl"):
         assert f'#line 1 "{name}"' in text
 
 

@@ -196,7 +196,7 @@ def q5_a_march_finer_than_the_lens_loses_no_chord(tracer: Tracer) -> None:
     for thickness in (0.032, 0.016, 0.008):
         lens = {"surface": "ellipsoid", "r": 0.8, "stretch": [1.0, 1.0, thickness / 1.6]}
         for step in (0.01, thickness / 64):
-            scene = make_scene(lens, film={"size": [40, 40], **UP}, numerics={"step": step})
+            scene = make_scene(lens, film={"size": [40, 40], **UP}, numerics={"method": "march", "step": step})
             lost[thickness, step] = share_lost(tracer.film(scene), scene, thickness)
     for thickness in (0.032, 0.016, 0.008):
         assert lost[thickness, thickness / 64] <= 0.01

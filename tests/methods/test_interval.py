@@ -230,8 +230,10 @@ def test_what_is_not_a_number_or_touches_is_undecided_or_right() -> None:
 
 
 def test_auto_still_is_the_march() -> None:
-    assert choose("auto").name == "march"
-    assert choose("interval").reads == ()
+    assert choose("auto", is_polynomial=False).name == "interval"
+    assert choose("auto", is_polynomial=True).name == "polynomial"
+    assert choose("polynomial", is_polynomial=False) is None
+    assert choose("interval", is_polynomial=False).reads == ()
 
 
 BROKEN = {

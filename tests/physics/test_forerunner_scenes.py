@@ -18,13 +18,15 @@ def test_total_reflection_meets_the_certified_share_of_the_lens_rays(name: str) 
     share, most_events = CERTIFIED[name]
     scene = forerunner(name)
     assert scene.numerics.max_events == 64
-    followed = trace(scene.replace({"effects.total_reflection": "follow"}))
-    ended = trace(scene.replace({"effects.total_reflection": "end"}))
-    lens_rays = int((followed.events > 0).sum())
-    assert lens_rays > 500
-    assert ended.counts()[RayStatus.TOTAL_REFLECTION] / lens_rays == pytest.approx(share, abs=0.005)
-    assert followed.events.max() == most_events
+    for method in ("auto", "march"):
+        followed = trace(scene.replace({"effects.total_reflection": "follow"}), method=method)
+        ended = trace(scene.replace({"effects.total_reflection": "end"}), method=method)
+        lens_rays = int((followed.events > 0).sum())
+        assert lens_rays > 500
+        assert ended.counts()[RayStatus.TOTAL_REFLECTION] / lens_rays == pytest.approx(share, abs=0.005)
+        assert followed.events.max() == most_events
 
+    # The twin marches, too
     twin = reference.trace(scene.replace({"effects.total_reflection": "follow"}))
     assert twin.counts() == followed.counts()
     np.testing.assert_array_equal(twin.events, followed.events.ravel())
@@ -34,7 +36,7 @@ def test_total_reflection_meets_the_certified_share_of_the_lens_rays(name: str) 
 @pytest.mark.parametrize("name", CERTIFIED)
 def test_kernels_and_twin_land_in_the_same_place(name: str) -> None:
     scene = forerunner(name, 48)
-    raymap, twin = trace(scene), reference.trace(scene)
+    raymap, twin = trace(scene, method="march"), reference.trace(scene)
     np.testing.assert_array_equal(raymap.status.ravel(), twin.status)
     error = np.abs(raymap.st.reshape(-1, 2) - twin.st).max(axis=1)
     met = twin.events > 0
