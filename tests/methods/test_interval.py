@@ -229,7 +229,7 @@ def test_what_is_not_a_number_or_touches_is_undecided_or_right() -> None:
         assert not roots.undecided[k < 42].any()
 
 
-def test_auto_still_is_the_march() -> None:
+def test_auto_takes_the_first_guaranteed_method_that_serves_a_surface() -> None:
     assert choose("auto", is_polynomial=False).name == "interval"
     assert choose("auto", is_polynomial=True).name == "polynomial"
     assert choose("polynomial", is_polynomial=False) is None
