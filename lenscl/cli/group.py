@@ -6,6 +6,7 @@ import errno
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -35,16 +36,19 @@ class Group(click.Group):
             return super().invoke(ctx)
         except LensclError as error:
             for problem in error.problems if isinstance(error, StudyError) else (str(error),):
-                click.echo(f"Error: {problem}", err=True)
+                _complain(problem)
             ctx.exit(error.exit_code)
         except KeyboardInterrupt:
             click.echo("Interrupted.", err=True)
             ctx.exit(INTERRUPTED)
         except OSError as error:
-            if error.errno == errno.EPIPE:  # the reader of our rows has seen enough: `lenscl ... | head`
-                _discard_output()
-                ctx.exit(1)
-            raise
+            if error.errno != errno.EPIPE:  # the reader of our rows has seen enough: `lenscl ... | head`
+                _complain(_explained(error))
+            _discard_output()
+            ctx.exit(1)
+        except MemoryError as error:
+            _complain(f"out of memory ({str(error) or 'no more is given'}); film.size or the picture may be too large")
+            ctx.exit(1)
 
 
 def study_argument(command: _Command) -> _Command:
@@ -84,7 +88,27 @@ def many(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
+def plain(text: object) -> str:
+    """Return text for people to read: nothing in it moves a cursor, turns the writing round or breaks the line."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(text))
+
+
+def _complain(text: str) -> None:
+    with suppress(OSError):  # standard error may be what cannot be written
+        click.echo("Error: " + "\n".join(plain(line) for line in text.split("\n")), err=True)
+
+
+def _explained(error: OSError) -> str:
+    """Return what is wrong, led by the file where one is known."""
+    try:
+        os.getcwd()
+    except OSError:
+        return "the current folder is gone; change to another"
+    where = "" if error.filename is None else f"{error.filename}: "
+    return f"{where}{error.strerror or error}; see to its permissions and to room on the disk, then run this again"
+
+
 def _discard_output() -> None:
     """Let the interpreter flush what is still buffered into nothing, rather than complain on its way out."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, sys.stdout.fileno())
+    with suppress(OSError, ValueError):  # standard output may be closed, or no file at all
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -51,8 +51,10 @@ def examine() -> Iterator[Finding]:
     yield Finding(
         "program", "ok", f"lenscl {metadata.version('lenscl')}, Python {sys.version.split()[0]}, {sys.platform}"
     )
-    yield from _surroundings()
-    yield from _devices()
+    surroundings = list(_surroundings())
+    yield from surroundings
+    if all(finding.state == "ok" for finding in surroundings):  # else no device can work, and each fix is given
+        yield from _devices()
     yield from _formats()
     yield from _limits()
     yield from _disk()
@@ -62,7 +64,7 @@ def examine() -> Iterator[Finding]:
 def _surroundings() -> Iterator[Finding]:
     from lenscl.device import cache_folder, problems
 
-    found = [Finding("OpenCL's surroundings", FAULT, wrong, fix) for wrong, fix in problems()]
+    found = [Finding("OpenCL's surroundings", FAULT, wrong, fix, is_device=True) for wrong, fix in problems()]
     yield from found
     if not found:
         yield Finding("linker", "ok", shutil.which("ld") or "none, and none is needed here")
@@ -73,7 +75,8 @@ def _devices() -> Iterator[Finding]:
     """Try every device; a fault is one of the device that would be chosen, what else does not work is a note."""
     listed, trouble = _probe()
     if trouble is not None:
-        yield Finding("devices", FAULT, f"OpenCL cannot start: {trouble}", _DRIVER_FIX, is_device=True)
+        trouble, _, fix = trouble.partition("; to mend it: ")
+        yield Finding("devices", FAULT, f"OpenCL cannot start: {trouble}", fix or _DRIVER_FIX, is_device=True)
         return
     if listed["chosen"] is None:
         fix = "unset LENSCL_DEVICE, or name one of `lenscl devices`"

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import glob
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from lenscl.cli.group import SOME_FAILED, json_option, many, open_study, set_option, study_argument
+from lenscl.cli.group import SOME_FAILED, json_option, many, open_study, plain, set_option, study_argument
 
 if TYPE_CHECKING:
     from lenscl.config import Study
@@ -26,7 +27,8 @@ def check(study_path: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     """Validate a study; list its points, its pictures and what is hard about its scenes.
 
     Hard spots are found from boxes, planes and the source alone; nothing is traced. They are reasons to look twice,
-    not faults. A picture that cannot be read is a fault: exit code 3.
+    not faults. A picture that cannot be read, or not be written in the study's format, and a pattern that no file
+    matches are faults: exit code 3.
 
     \b
     Example:
@@ -39,7 +41,7 @@ def check(study_path: Path, overrides: tuple[str, ...], as_json: bool) -> None:
         click.echo(json.dumps(found, indent=2))
     else:
         _print_findings(study, found)
-    if any(picture["error"] for picture in found["pictures"]):
+    if found["unmatched"] or any(picture["error"] for picture in found["pictures"]):
         raise SystemExit(SOME_FAILED)
 
 
@@ -80,7 +82,8 @@ def _examine(study: Study) -> dict[str, Any]:
         "title": study.title,
         "axes": list(study.axes),
         "points": study.point_count(),
-        "pictures": [_try_picture(path) for path in study.images],
+        "pictures": [_try_picture(path, study.output.format) for path in study.images],
+        "unmatched": [text for text in _patterns(study) if not _matches(text, study.folder)],
         "points_looked_at": looked_at,
         "hard_spots": [
             {"key": spot.key, "kind": spot.kind, "message": spot.message, "points": list(spot.points)} for spot in spots
@@ -88,21 +91,33 @@ def _examine(study: Study) -> dict[str, Any]:
     }
 
 
-def _try_picture(path: Path) -> dict[str, Any]:
+def _patterns(study: Study) -> list[str]:
+    images = study.scene.picture.images
+    return [images] if isinstance(images, str) else list(images or ())
+
+
+def _matches(pattern: str, folder: Path) -> bool:
+    """Whether a pattern names any file; a name that is no pattern is tried as a picture instead."""
+    return not glob.has_magic(pattern) or next(glob.iglob(pattern, root_dir=folder), None) is not None
+
+
+def _try_picture(path: Path, image_format: str) -> dict[str, Any]:
     from lenscl.errors import ImageError
     from lenscl.imaging import read_picture
+    from lenscl.sweep import refused_format
 
     try:
-        rows, columns, channels = read_picture(path).pixels.shape
+        picture = read_picture(path)
     except ImageError as error:
         return {"path": str(path), "size": None, "channels": None, "error": " ".join(str(error).split())}
-    return {"path": str(path), "size": [columns, rows], "channels": channels, "error": None}
+    channels, error_text = picture.pixels.shape[2], refused_format(picture, image_format)
+    return {"path": str(path), "size": list(picture.size), "channels": channels, "error": error_text}
 
 
 def _print_findings(study: Study, found: dict[str, Any]) -> None:
     """Print what was found, for people."""
     pictures, spots, points = found["pictures"], found["hard_spots"], found["points"]
-    click.echo(f"{study.title or 'study'}: valid; {many(points, 'point')}, {many(len(pictures), 'picture')}")
+    click.echo(f"{plain(study.title or 'study')}: valid; {many(points, 'point')}, {many(len(pictures), 'picture')}")
 
     click.echo(f"\nPoints: {', '.join(study.axes) or 'no axes, the scene itself'}")
     for point in study.points():
@@ -112,17 +127,18 @@ def _print_findings(study: Study, found: dict[str, Any]) -> None:
         values = ", ".join(f"{key} = {json.dumps(value)}" for key, value in point.values.items())
         click.echo(f"  {point.index}  {values}".rstrip())
 
+    is_listed = pictures or found["unmatched"]
     click.echo(
-        "\nPictures:" if pictures else "\nPictures: none; `lenscl map` needs none, `lenscl render` takes one with -i"
+        "\nPictures:" if is_listed else "\nPictures: none; `lenscl map` needs none, `lenscl render` takes one with -i"
     )
+    for pattern in found["unmatched"]:
+        where = plain(f"{json.dumps(pattern, ensure_ascii=False)} in {study.folder}")
+        click.echo(f"  picture.images: no file matches {where}; see that the folder is there and can be read")
     for picture in pictures:
         size = picture["size"]
-        what = (
-            f"{size[0]} x {size[1]}, {many(picture['channels'], 'channel')}"
-            if size
-            else f"UNREADABLE: {picture['error']}"
-        )
-        click.echo(f"  {picture['path']}  {what}")
+        what = f"{size[0]} x {size[1]}, {many(picture['channels'], 'channel')}" if size else "UNREADABLE"
+        error = f": {picture['error']}" if picture["error"] else ""
+        click.echo(plain(f"  {picture['path']}  {what}{error}"))
 
     click.echo("\nHard spots:" if spots else "\nHard spots: none found")
     for spot in spots:

@@ -3,9 +3,13 @@
 
 from __future__ import annotations
 
+import secrets
+import shutil
 from pathlib import Path
 
 import click
+
+from lenscl.cli.group import plain
 
 _STUDY_NAME = "study.toml"
 _PICTURE_SIZE = 512
@@ -28,18 +32,28 @@ def new(folder: Path) -> None:
 
     text = files("lenscl.cli").joinpath("starter.toml").read_text(encoding="utf-8")
     study = folder / _STUDY_NAME
+    # Whatever interrupts this, no half of it stays: all is made in a folder beside or in the one asked for, then moved
+    is_there = folder.is_dir()
+    half_made = (folder if is_there else folder.parent) / f".lenscl-new-{secrets.token_hex(6)}"
     try:
         if folder.exists() and not folder.is_dir():
             raise LensclError(f"{folder}: is a file; choose another name")
         if folder.is_dir() and any(folder.iterdir()):
             raise LensclError(f"{folder}: is not empty; choose a folder that is, or that does not exist yet")
-        (folder / "pictures").mkdir(parents=True)
-        study.write_text(text, encoding="utf-8")
+        (half_made / "pictures").mkdir(parents=True)
+        (half_made / _STUDY_NAME).write_text(text, encoding="utf-8")
+        for name in SAMPLES:
+            write_image(half_made / "pictures" / f"{name}.png", draw(name, _PICTURE_SIZE), metadata={})
+        if is_there:
+            for name in ("pictures", _STUDY_NAME):
+                (half_made / name).rename(folder / name)
+        else:
+            half_made.rename(folder)
     except OSError as error:
         raise LensclError(f"{folder}: cannot be made: {error.strerror}") from error
-    for name in SAMPLES:
-        write_image(folder / "pictures" / f"{name}.png", draw(name, _PICTURE_SIZE), metadata={})
-    click.echo(f"{study} and {len(SAMPLES)} pictures are made. Next:\n  lenscl sweep {_quoted(study)}")
+    finally:
+        shutil.rmtree(half_made, ignore_errors=True)
+    click.echo(f"{plain(study)} and {len(SAMPLES)} pictures are made. Next:\n  lenscl sweep {_quoted(study)}")
 
 
 def _quoted(path: Path) -> str:

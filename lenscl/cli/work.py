@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lenscl.cli.group import INTERRUPTED, SOME_FAILED, many, open_study, set_option, study_argument
+from lenscl.cli.group import INTERRUPTED, SOME_FAILED, many, open_study, plain, set_option, study_argument
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -104,7 +104,7 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path) -> None:
 
     raymap = trace(open_study(study_path, overrides).scene)
     write_map(output, raymap)
-    click.echo(f"{output}: {_counted(raymap.counts())}", err=True)
+    click.echo(plain(f"{output}: {_counted(raymap.counts())}"), err=True)
 
 
 @click.command()
@@ -161,12 +161,12 @@ def _list(plan: SweepPlan) -> None:
     click.echo(f"{_size(plan)}; {many(len(set(kernels.values())), 'kernel')}; nothing was made", err=True)
     for picture in plan.pictures:
         if picture.error is not None:
-            click.echo(f"unreadable: {picture.error}", err=True)
+            click.echo(plain(f"unreadable: {picture.error}"), err=True)
 
 
 def _size(plan: SweepPlan) -> str:
     points, pictures = many(plan.point_count, "point"), many(len(plan.pictures), "picture")
-    return f"{points} x {pictures} = {many(plan.run_count, 'image')} in {plan.out}"
+    return plain(f"{points} x {pictures} = {many(plan.run_count, 'image')} in {plan.out}")
 
 
 def _run(plan: SweepPlan, fresh: bool) -> None:
@@ -197,7 +197,7 @@ def _run(plan: SweepPlan, fresh: bool) -> None:
     missing = plan.run_count - made - kept - len(failed)
     click.echo(f"{made} made, {kept} kept, {len(failed)} failed, {missing} left; {progress.summary()}", err=True)
     for text in failed[:_MOST_NAMED]:
-        click.echo(f"failed: {text}", err=True)
+        click.echo(plain(f"failed: {text}"), err=True)
     if len(failed) > _MOST_NAMED:
         rest = len(failed) - _MOST_NAMED
         click.echo(f"... and {rest} more; `lenscl export {plan.out} --csv` lists all", err=True)
@@ -225,7 +225,7 @@ def _render(study: Study, image: Path, output: Path) -> None:
 
     picture = read_picture(image)
     raymap = trace(study.scene)
-    painted, encoding = paint_as_told(Painter(raymap), picture, study.scene)
+    painted, encoding = paint_as_told(Painter(raymap), picture, study.scene, output.suffix.lower()[1:])
     metadata = {
         "program": program_version(),
         "title": study.title,
@@ -233,4 +233,4 @@ def _render(study: Study, image: Path, output: Path) -> None:
         "scene": study.scene.to_toml(),
     }
     write_image(output, painted, metadata=metadata, encoding=encoding)
-    click.echo(f"{output}: {_counted(raymap.counts())}", err=True)
+    click.echo(plain(f"{output}: {_counted(raymap.counts())}"), err=True)

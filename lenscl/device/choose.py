@@ -43,8 +43,8 @@ def choose(wanted: str | None = None) -> Device:
     Parameters
     ----------
     wanted : str, optional
-        Part of a device's label ("platform: name"), any case. Default: the environment variable LENSCL_DEVICE,
-        else the best device that is not a simulator.
+        Part of a device's label ("platform: name"), any case, or else of its driver's version. Default: the
+        environment variable LENSCL_DEVICE, else the best device that is not a simulator.
 
     Raises
     ------
@@ -52,16 +52,21 @@ def choose(wanted: str | None = None) -> Device:
         If there is none, or none of that name; the message lists what there is and how to install one.
     """
     found = _devices()
-    wanted = wanted or os.environ.get(_VARIABLE) or None
-    if wanted is None:
+    named = wanted or os.environ.get(_VARIABLE) or None
+    if named is None:
         fit = [device for device in found if not _is_simulator(device.label)]
     else:
-        fit = [device for device in found if wanted.lower() in device.label.lower()]
+        fit = [device for device in found if named.lower() in device.label.lower()]
+        fit = fit or [device for device in found if named.lower() in device.driver.lower()]
     if fit:
         return fit[0]
-    listed = "\n".join(f"  {device.label}" for device in found) or "  (none)"
-    asked = f"no OpenCL device is called {wanted!r}" if wanted else "no usable OpenCL device was found"
-    raise NoDeviceError(f"{asked}. Devices here:\n{listed}\n{_ADVICE}")
+    listed = "; ".join(device.label for device in found)
+    if not found:
+        raise NoDeviceError(f"no OpenCL device was found. {_ADVICE}")
+    if named is None:
+        raise NoDeviceError(f"no OpenCL device was found but simulators, used only when named: {listed}. {_ADVICE}")
+    asked = f"no OpenCL device is called {named!r}" if wanted else f"{_VARIABLE}={named} names no device; unset it"
+    raise NoDeviceError(f"{asked}{';' if wanted else ' or'} use part of: {listed}. See `lenscl doctor`.")
 
 
 @cache

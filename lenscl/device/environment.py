@@ -52,14 +52,19 @@ def opencl() -> Any:
     Raises
     ------
     NoDeviceError
-        If `problems` finds any; the message carries each with its fix.
+        If `problems` finds any, or pyopencl cannot be imported; the message carries each with its fix.
     """
     found = [f"{wrong}; to mend it: {fix}" for wrong, fix in problems()]
     if found:
         raise NoDeviceError("OpenCL cannot start here.\n" + "\n".join(found))
     os.environ[_CACHE_VARIABLE] = str(cache_folder())
-    import pyopencl
-
+    try:
+        import pyopencl
+    except (ImportError, OSError) as error:  # its loader of drivers is missing, or of another machine
+        fix = "pip install --force-reinstall pyopencl (its wheels carry the OpenCL loader)"
+        raise NoDeviceError(
+            f"OpenCL cannot start here.\npyopencl cannot be imported: {' '.join(str(error).split())}; to mend it: {fix}"
+        ) from error
     return pyopencl
 
 

@@ -8,12 +8,12 @@
 
 from __future__ import annotations
 
-from lenscl.imaging.encoding import Encoding
+from lenscl.imaging.encoding import Encoding, light_of
 from lenscl.imaging.maps import write_map
 from lenscl.imaging.paint import Filter, Painter, paint
 from lenscl.imaging.read import Picture, read_metadata, read_picture
 from lenscl.imaging.samples import SAMPLES, draw
-from lenscl.imaging.write import write_image
+from lenscl.imaging.write import formats_of, write_image
 
 __all__ = [
     "SAMPLES",
@@ -22,6 +22,8 @@ __all__ = [
     "Painter",
     "Picture",
     "draw",
+    "formats_of",
+    "light_of",
     "paint",
     "read_metadata",
     "read_picture",

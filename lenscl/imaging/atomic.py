@@ -31,9 +31,10 @@ def whole_file(file: Path, largest_bytes: int) -> Iterator[Path]:
         If the folder is not there or not writable, or the disk too full. Whatever goes wrong, an interrupt included,
         nothing is left behind, and an old `file` stays as it was.
     """
-    _check_room(file, largest_bytes)
-    temporary = file.with_name(f".{file.stem[:64]}.{secrets.token_hex(6)}.tmp{file.suffix}")  # readers go by the suffix
+    # Readers go by the suffix; 48 characters of the name are at most 192 of the 255 bytes that a name may have
+    temporary = file.with_name(f".{file.stem[:48]}.{secrets.token_hex(6)}.tmp{file.suffix}")
     try:
+        _check_room(file, largest_bytes)
         yield temporary
         _settle(temporary)
         os.replace(temporary, file)

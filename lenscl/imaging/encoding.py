@@ -71,6 +71,19 @@ def encode(light: NDArray[np.float64], dtype: DTypeLike, encoding: Encoding) -> 
     return values.astype(kind)
 
 
+def light_of(pixels: NDArray[Any], encoding: Encoding) -> NDArray[Any]:
+    """Return integer pixels (H, W, C) as linear light in floats, alpha associated: float16 from 8 bits, else float32.
+
+    Half precision has 11 bits, and neighbouring codes of 8 bits, sRGB-encoded or linear, stay apart in it.
+    """
+    colours = pixels.shape[2] - (pixels.shape[2] in (2, 4))
+    alpha = pixels[..., colours:] / full_scale(pixels.dtype)
+    light = decode(pixels[..., :colours], encoding)
+    if alpha.size:
+        light = np.concatenate([light * alpha, alpha], axis=2)
+    return light.astype(np.float16 if pixels.dtype == np.uint8 else np.float32)
+
+
 @cache
 def decode_table(dtype_name: str) -> NDArray[np.float32]:
     """Return the linear light of every sRGB code of an integer type; read-only."""

@@ -6,8 +6,12 @@ the whole process.
 
 from __future__ import annotations
 
+import os
 from functools import cache
+from pathlib import Path
 from typing import Any
+
+from lenscl.errors import ImageError
 
 LARGEST_MEGABYTES = 4096  # of one uncompressed picture
 LARGEST_SIDE = 65536  # pixels
@@ -23,3 +27,18 @@ def oiio() -> Any:
     OpenImageIO.attribute("limits:resolution", LARGEST_SIDE)
     OpenImageIO.attribute("limits:channels", MOST_CHANNELS)
     return OpenImageIO
+
+
+def check_name(file: Path) -> None:
+    """Refuse a name that the library cannot be given: it takes UTF-8 alone, and a file may be called anything.
+
+    Raises
+    ------
+    ImageError
+        If the path is not UTF-8, or holds a zero byte.
+    """
+    shown = os.fsencode(file).decode("utf-8", "backslashreplace")
+    if shown != str(file):
+        raise ImageError(f"{shown}: its name is not UTF-8; rename it or its folder")
+    if "\0" in shown:
+        raise ImageError(f"{shown!r}: no file can have a zero byte in its name")

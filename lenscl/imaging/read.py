@@ -7,6 +7,7 @@ orientation is carried out, and an EXR's pixels are placed in its display window
 from __future__ import annotations
 
 import json
+import stat
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from lenscl.errors import ImageError
 from lenscl.imaging.encoding import Encoding, encoding_of, full_scale
-from lenscl.imaging.library import LARGEST_MEGABYTES, LARGEST_SIDE, oiio
+from lenscl.imaging.library import LARGEST_MEGABYTES, LARGEST_SIDE, check_name, oiio
 
 # Not "double": OpenImageIO 3.2 returns unset memory for a strip of one row of a TIFF of doubles, and says nothing
 _DTYPE_OF = {"uint8": "uint8", "uint16": "uint16", "half": "float16", "float": "float32"}
@@ -127,9 +128,13 @@ def read_metadata(path: str | PathLike[str]) -> dict[str, Any]:
 
 def _check_is_file(file: Path) -> None:
     """Say in plain words what no format reader says."""
+    check_name(file)
     try:
-        if file.is_dir():
+        mode = file.stat().st_mode
+        if stat.S_ISDIR(mode):
             raise ImageError(f"{file}: is a folder; name a picture file in it")
+        if not stat.S_ISREG(mode):  # a pipe would keep whoever opens it waiting, a device may never end
+            raise ImageError(f"{file}: is no regular file; name a picture file")
         with file.open("rb") as stream:
             is_empty = not stream.read(1)
     except OSError as error:

@@ -23,12 +23,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from lenscl.errors import ImageError
 from lenscl.imaging.atomic import whole_file
 from lenscl.imaging.encoding import DTYPES, Encoding, decode, encode, encoding_of
-from lenscl.imaging.library import LARGEST_SIDE, oiio
+from lenscl.imaging.library import LARGEST_SIDE, check_name, oiio
 
 _FORMAT_OF = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
 _DESCRIPTION = "ImageDescription"
@@ -97,6 +97,7 @@ def write_image(
         file does not read back; the message leads with the path. Nothing is left behind.
     """
     file = Path(path)
+    check_name(file)
     image = pixels[..., np.newaxis] if pixels.ndim == 2 else pixels
     image_format = _format_for(file, image)
     stated = encoding_of(image.dtype, encoding)
@@ -113,6 +114,13 @@ def write_image(
     with whole_file(file, int(_WRITER_ROOM * image.nbytes) + 2 * len(description)) as temporary:
         _write(file, temporary, spec, image)
         _verify(file, temporary, image_format, spec, description)
+
+
+def formats_of(dtype: DTypeLike) -> tuple[str, ...]:
+    """Return the file formats, such as "png", that hold pixels of a type as they are."""
+    formats = {image_format.name: suffix[1:] for suffix, image_format in reversed(_FORMATS.items())
+               if np.dtype(dtype).name in image_format.dtypes}  # fmt: skip
+    return tuple(reversed(formats.values()))
 
 
 def _format_for(file: Path, image: NDArray[Any]) -> _Format:

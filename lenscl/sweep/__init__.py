@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from lenscl.sweep.errors import SweepError
 from lenscl.sweep.hardspots import HardSpot, hard_spots, study_hard_spots
-from lenscl.sweep.painting import paint_as_told
+from lenscl.sweep.painting import paint_as_told, refused_format
 from lenscl.sweep.pictures import SourcePicture
 from lenscl.sweep.plan import SweepPlan, plan_sweep
 from lenscl.sweep.rows import Row, cells, csv_line, csv_lines, header
@@ -32,6 +32,7 @@ __all__ = [
     "paint_as_told",
     "plan_sweep",
     "program_version",
+    "refused_format",
     "run_sweep",
     "study_hard_spots",
 ]

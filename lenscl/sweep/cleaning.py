@@ -48,6 +48,8 @@ def clear_folder(folder: Path) -> None:
 
 
 def _remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():  # no work of ours, whatever it is called
+        return
     try:
         path.unlink(missing_ok=True)
     except OSError as error:

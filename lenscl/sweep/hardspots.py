@@ -1,6 +1,6 @@
 """What is hard about a scene and can be told before tracing it.
 
-Only boxes, planes and single points are looked at: a spot is a reason to look twice, not a fault. Lenses are judged by
+Only boxes, planes and points are looked at: a spot is a reason to look twice, not a fault. Lenses are judged by
 their bounding boxes, so two of them may be said to overlap whose solids keep apart.
 """
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from lenscl.config import Point, Scene, Study
 from lenscl.errors import StudyError
+from lenscl.sweep.solids import solid_spots
 from lenscl.tracing import Placement, locate, methods_of
 
 Points = NDArray[np.float64]
@@ -74,6 +75,9 @@ def _spots_of(point: Point) -> tuple[HardSpot, ...]:
 def hard_spots(scene: Scene) -> Iterator[HardSpot]:
     """Yield the hard spots of one scene."""
     placed = [(_lens_key(scene, number), Placement.of(lens)) for number, lens in enumerate(scene.lenses)]
+    for number, lens in enumerate(scene.lenses):
+        for kind, message in solid_spots(lens):
+            yield HardSpot(_lens_key(scene, number), kind, message)
     yield from _source_in_a_lens(scene)
     yield from _boxes_overlap(placed)
     yield from _boxes_cut_screens(scene, placed)

@@ -8,11 +8,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.config import Scene
-from lenscl.imaging import Encoding, Painter, Picture
+from lenscl.imaging import Encoding, Painter, Picture, formats_of, light_of
 
 
-def paint_as_told(painter: Painter, picture: Picture, scene: Scene) -> tuple[NDArray[Any], Encoding]:
+def refused_format(picture: Picture, image_format: str) -> str | None:
+    """Say why what is painted with a picture cannot be written in a format without loss; None if it can."""
+    kind = picture.pixels.dtype
+    fit = list(formats_of(kind))
+    if kind.kind == "u":
+        fit.append("exr")  # as linear light
+    if image_format in fit:
+        return None
+    return f"output.format: {image_format} cannot hold the picture's {kind} without loss; use {' or '.join(fit)}"
+
+
+def paint_as_told(
+    painter: Painter, picture: Picture, scene: Scene, image_format: str = ""
+) -> tuple[NDArray[Any], Encoding]:
     """Return a picture seen through a traced scene, and the encoding of the pixels, which is the picture's own.
+
+    EXR holds no integers: for the format "exr" they become linear light.
 
     The study's encoding, if it states one, stands in place of the one that the file claims. Its `picture.outside` is
     given as shares of full scale, 1 being white, so that it serves pictures of every depth; it becomes the nearest
@@ -23,4 +38,7 @@ def paint_as_told(painter: Painter, picture: Picture, scene: Scene) -> tuple[NDA
     outside = np.asarray(screen.outside, dtype=np.float64)
     if picture.pixels.dtype.kind == "u":
         outside = np.rint(outside * np.iinfo(picture.pixels.dtype).max)
-    return painter.paint(picture.pixels, filter=screen.filter, encoding=encoding, outside=outside), encoding
+    painted = painter.paint(picture.pixels, filter=screen.filter, encoding=encoding, outside=outside)
+    if image_format == "exr" and painted.dtype.kind == "u":
+        return light_of(painted, encoding), "linear"
+    return painted, encoding

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import stat
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -39,19 +40,28 @@ def survey(paths: Sequence[Path]) -> tuple[SourcePicture, ...]:
     folder = os.path.commonpath([path.absolute().parent for path in paths]) if paths else ""
     found = []
     for path, name in zip(paths, output_names(paths), strict=True):
-        shown = _text(path.absolute().relative_to(folder).as_posix())
-        if path.exists() and not path.is_file():  # a pipe would keep whoever opens it waiting
-            kind = "a folder" if path.is_dir() else "no regular file"
-            found.append(SourcePicture(path, shown, name, None, None, f"{shown}: is {kind}, not a picture"))
-            continue
+        shown = as_text(path.absolute().relative_to(folder).as_posix())
         try:
-            with path.open("rb") as file:
-                about = os.fstat(file.fileno())
-                digest = hashlib.file_digest(file, "sha256").hexdigest()
-            found.append(SourcePicture(path, shown, name, digest, (about.st_size, about.st_mtime_ns), None))
-        except OSError as error:
-            found.append(SourcePicture(path, shown, name, None, None, f"{shown}: cannot be read: {error.strerror}"))
+            digest, stamp = _fingerprint(path)
+            found.append(SourcePicture(path, shown, name, digest, stamp, None))
+        except ImageError as error:
+            found.append(SourcePicture(path, shown, name, None, None, str(error)))
     return tuple(found)
+
+
+def _fingerprint(path: Path) -> tuple[str, tuple[int, int]]:
+    """Return a file's digest, and its size and time of change."""
+    try:
+        mode = path.stat().st_mode
+        if not stat.S_ISREG(mode):  # a pipe would keep whoever opens it waiting
+            kind = "a folder" if stat.S_ISDIR(mode) else "no regular file"
+            raise ImageError(f"{as_text(path)}: is {kind}, not a picture")
+        with path.open("rb") as file:
+            about = os.fstat(file.fileno())
+            return hashlib.file_digest(file, "sha256").hexdigest(), (about.st_size, about.st_mtime_ns)
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+        reason = getattr(error, "strerror", None) or error
+        raise ImageError(f"{as_text(path)}: cannot be read: {reason}") from error
 
 
 def output_names(paths: Iterable[Path]) -> list[str]:
@@ -64,10 +74,10 @@ def output_names(paths: Iterable[Path]) -> list[str]:
     ['cat', 'dog.jpg', 'Dog.png', 'dog.jpg~2']
     """
     paths = list(paths)
-    stems = [_shortened(_text(path.stem)) for path in paths]
+    stems = [_shortened(as_text(path.stem)) for path in paths]
     shared = Counter(stem.casefold() for stem in stems)
     wanted = [
-        stem if shared[stem.casefold()] == 1 else _shortened(_text(path.stem)) + _text(path.suffix)
+        stem if shared[stem.casefold()] == 1 else _shortened(as_text(path.stem)) + as_text(path.suffix)
         for path, stem in zip(paths, stems, strict=True)
     ]
     taken: set[str] = set()
@@ -151,6 +161,6 @@ def _shortened(name: str) -> str:
     return name.encode()[:_LONGEST_NAME].decode(errors="ignore")
 
 
-def _text(name: str) -> str:
+def as_text(name: str | Path) -> str:
     """Return a file's name as text that can be printed and stored, whatever bytes it is made of."""
     return os.fsencode(name).decode("utf-8", "backslashreplace")

@@ -15,7 +15,7 @@ from typing import Any
 
 from lenscl.config import Point, Study
 from lenscl.errors import StudyError
-from lenscl.sweep.pictures import SourcePicture, survey
+from lenscl.sweep.pictures import SourcePicture, as_text, survey
 from lenscl.sweep.store import Planned
 from lenscl.sweep.version import program_version
 
@@ -41,6 +41,12 @@ class SweepPlan:
     def run_count(self) -> int:
         """How many images the sweep makes."""
         return self.point_count * len(self.pictures)
+
+    @cached_property
+    def study_mark(self) -> str:
+        """What tells this study's file from others, without saying where it lies."""
+        place = str((self.study.path or Path()).resolve())
+        return hashlib.sha256(place.encode("utf-8", "surrogateescape")).hexdigest()[:16]
 
     def runs(self) -> Iterator[Planned]:
         """Yield every run in work order: the points in theirs, the pictures of a point together."""
@@ -117,7 +123,8 @@ def plan_sweep(study: Study, out: Path | None = None) -> SweepPlan:
     Raises
     ------
     StudyError
-        If the study names no picture, none is found, or one lies where the sweep would write.
+        If the study names no picture, none is found, one lies where the sweep would write, no point is left, or the
+        folder cannot be used by its name.
     """
     if study.scene.picture.images is None:
         raise StudyError(
@@ -129,11 +136,16 @@ def plan_sweep(study: Study, out: Path | None = None) -> SweepPlan:
     pictures = survey(study.require_images())
     if out is None:
         out = Path("out") / (study.path.stem if study.path is not None else "study")
+    if as_text(out) != str(out):
+        raise StudyError([f"{as_text(out)}: the folder's name is not UTF-8; choose another with -o"])
     if any(picture.path.absolute().parent.resolve() == out.absolute().resolve() for picture in pictures):
         raise StudyError(
             [f"picture.images: pictures are read from {out}, where the sweep would write; choose a folder with -o"]
         )
-    return SweepPlan(study, out, pictures)
+    plan = SweepPlan(study, out, pictures)
+    if plan.point_count == 0:
+        raise StudyError(["sweep.exclude: no point of the study is left; see `lenscl check`, and exclude fewer"])
+    return plan
 
 
 def _described(point: Point) -> str:

@@ -28,8 +28,9 @@ from lenscl.device import Device, choose
 from lenscl.errors import LensclError, NoDeviceError
 from lenscl.imaging import Encoding, Painter, write_image
 from lenscl.sweep.cleaning import clear_folder, remove_leftovers
+from lenscl.sweep.errors import SweepError
 from lenscl.sweep.lock import folder_lock
-from lenscl.sweep.painting import paint_as_told
+from lenscl.sweep.painting import paint_as_told, refused_format
 from lenscl.sweep.pictures import PictureReader
 from lenscl.sweep.plan import SweepPlan
 from lenscl.sweep.rows import Row
@@ -62,7 +63,8 @@ def run_sweep(
     Raises
     ------
     SweepError
-        If the folder or its table cannot be used, or another sweep is at work in it.
+        If the folder or its table cannot be used, another sweep is at work in it, or another study's images in it
+        would be replaced.
     NoDeviceError
         If no OpenCL device works. Any other failure is the row's: its `state` is "failed" and its `error` says why.
     """
@@ -74,7 +76,10 @@ def run_sweep(
             clear_folder(plan.out)
         store = stack.enter_context(Store.writing(plan.out))
         about = {"title": plan.study.title, "axes": list(plan.study.axes), "program": plan.program}
+        if plan.study.path is not None:
+            about["study"] = plan.study_mark
         try:
+            _check_study(plan, store, _unless_stopped(plan.runs(), stop))
             store.plan(_unless_stopped(plan.runs(), stop), about)
         except _StoppedError:
             return
@@ -139,13 +144,15 @@ class _Runner:
     def _begin(self, task: _Task) -> _Painted | str:
         """Decode, trace (once a point) and paint; hand the image to the encoders. A text says why it failed."""
         try:
-            picture = self.reader.take(task.picture)
+            picture, image_format = self.reader.take(task.picture), self.plan.study.output.format
+            if (refused := refused_format(picture, image_format)) is not None:
+                return f"{task.row.picture}: {refused}"
             traced = self._trace(task.point)
             if isinstance(traced, str):
                 return traced
             raymap, painter = traced
             start = time.perf_counter()
-            painted, encoding = paint_as_told(painter, picture, task.point.scene)
+            painted, encoding = paint_as_told(painter, picture, task.point.scene, image_format)
             seconds = time.perf_counter() - start
         except NoDeviceError:
             raise
@@ -206,6 +213,17 @@ def _write(path: Path, pixels: NDArray[Any], metadata: dict[str, Any], encoding:
     return time.perf_counter() - start, Stamp.of(path)
 
 
+def _check_study(plan: SweepPlan, store: Store, runs: Iterable[Planned]) -> None:
+    """Refuse to replace what another study made; one that was moved meets its own images, and goes on."""
+    if plan.study.path is None or store.about("study") in (None, plan.study_mark):
+        return
+    if (output := store.first_replaced(runs)) is not None:
+        raise SweepError(
+            f"{plan.out}: holds images of another study ({store.about('title')!r}), and {output} would be replaced; "
+            "choose another folder with -o, or remove those images with --fresh"
+        )
+
+
 class _StoppedError(Exception):
     """The work list was not written down to its end."""
 
@@ -219,7 +237,7 @@ def _unless_stopped(runs: Iterable[Planned], stop: Callable[[], bool]) -> Iterat
 
 def _reason(error: Exception) -> str:
     """Return an error as one line, of a driver's log the start; one that is not ours carries its kind."""
-    text = " ".join(str(error).split())
+    text = " ".join(str(error).encode("utf-8", "backslashreplace").decode().split())
     if len(text) > _LONGEST_REASON:
         text = text[: _LONGEST_REASON - 3] + "..."
     return text if isinstance(error, LensclError) else f"{type(error).__name__}: {text}"

@@ -17,7 +17,7 @@ import json
 import os
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -31,7 +31,7 @@ SCHEMA_VERSION = 1
 _APPLICATION_ID = 0x6C656E73  # "lens"
 
 _SCHEMA = f"""
-CREATE TABLE about (name TEXT PRIMARY KEY, value TEXT NOT NULL);  -- JSON: title, axes, program
+CREATE TABLE about (name TEXT PRIMARY KEY, value TEXT NOT NULL);  -- JSON: title, axes, program, study
 CREATE TABLE run (
     output TEXT PRIMARY KEY,     -- file name in this folder
     position INTEGER UNIQUE,     -- place in the work list; NULL: of an earlier form of the study
@@ -136,6 +136,9 @@ class Store:
                     connection.executescript(f"BEGIN; {_SCHEMA} COMMIT;")
             yield cls(path, connection)
         finally:
+            with suppress(sqlite3.Error):  # at rest it is one file again, which readers need nothing beside
+                connection.execute("PRAGMA busy_timeout = 0")  # unless somebody is reading it just now
+                connection.execute("PRAGMA journal_mode = DELETE")
             connection.close()
 
     @classmethod
@@ -149,7 +152,7 @@ class Store:
             If there is none, or it cannot be read.
         """
         path = folder / STORE_NAME
-        if not path.is_file():
+        if not os.path.isfile(path):  # which is False, too, where the folder may not be looked into
             raise SweepError(f"{path}: no such file; expected the folder of a sweep, as `lenscl sweep -o` makes it")
         # A table in WAL mode needs a file beside it even to be read, unless it is declared to be at rest
         at_rest = "" if os.access(folder, os.W_OK) else "&immutable=1"
@@ -179,6 +182,17 @@ class Store:
             changed = [output for output, *stamp in claimed if not Stamp(*stamp).matches(folder / output)]
             execute.executemany(_RESET, (("pending", None, output) for output in changed))
 
+    def first_replaced(self, runs: Iterable[Planned]) -> str | None:
+        """Return the first output that is done, still there, and would be made anew under another key."""
+        with explained(self.path):
+            for run in runs:
+                found = self._connection.execute(
+                    "SELECT 1 FROM run WHERE output = ? AND key <> ? AND state = 'done'", (run.output, run.key)
+                )
+                if found.fetchone() is not None and (self.path.parent / run.output).exists():
+                    return run.output
+        return None
+
     def finish(self, output: str, *, counts: Mapping[RayStatus, int], seconds: tuple[float, float, float],
                stamp: Stamp, device: str, kernel: str) -> None:  # fmt: skip
         """Note that an output was made; `seconds` are those of its trace, paint and write."""
@@ -196,7 +210,7 @@ class Store:
             execute.execute(_RESET, ("failed", error, output))
 
     def about(self, name: str) -> Any:
-        """Return what was noted of the sweep: "title", "axes" or "program"."""
+        """Return what was noted of the sweep: "title", "axes", "program" or "study", a mark of the study's file."""
         with explained(self.path):
             found = self._connection.execute("SELECT value FROM about WHERE name = ?", (name,)).fetchone()
         return None if found is None else json.loads(found[0])

@@ -96,3 +96,18 @@ def test_every_format_of_a_study_is_looked_at() -> None:
     for name in health.FORMATS:
         assert f'"{name}"' in problem
     assert problem.count('"') == 2 * len(health.FORMATS) + 2
+
+
+def test_surroundings_at_fault_are_the_only_fault_told_of_devices(command) -> None:
+    code, found = run_doctor(command, POCL_CACHE_DIR="/dev/null/cache")
+    faults = [row for row in found if row["state"] == "FAULT"]
+    assert code == 4
+    assert [row["what"] for row in faults] == ["OpenCL's surroundings"]
+
+
+def test_a_device_that_is_not_there_is_one_whole_sentence(command) -> None:
+    code, found = run_doctor(command, LENSCL_DEVICE="abacus")
+    (fault,) = [row for row in found if row["what"] == "choice of device"]
+    assert code == 4
+    assert fault["detail"].startswith("LENSCL_DEVICE=abacus names no device; unset it or use part of: ")
+    assert not fault["detail"].endswith(":")

@@ -10,7 +10,7 @@ import pytest
 from imaging.maps import random_pixels
 
 from lenscl.errors import ImageError
-from lenscl.imaging import read_picture
+from lenscl.imaging import read_metadata, read_picture, write_image
 
 TYPES = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float", "float64": "double"}
 
@@ -201,3 +201,35 @@ def test_a_header_that_promises_too_much_is_refused_before_memory_is_taken(tmp_p
     wide = save(tmp_path / "wide.exr", np.zeros((2, 2, 3), np.float32), window=(0, 0, 0, 0, 60000, 60000))
     with pytest.raises(ImageError, match="display window"):
         read_picture(wide)
+
+
+def test_what_is_no_regular_file_is_refused_without_waiting_for_it(tmp_path):
+    os.mkfifo(tmp_path / "pipe.png")  # nobody writes into it: opening it would wait for ever
+    for path in (tmp_path / "pipe.png", "/dev/zero"):
+        with pytest.raises(ImageError, match="is no regular file"):
+            read_picture(path)
+
+
+@pytest.mark.parametrize(
+    "use", [read_picture, read_metadata, lambda path: write_image(path, np.zeros((2, 2, 3), "u1"))]
+)
+@pytest.mark.parametrize("is_folder", [False, True])
+def test_a_name_that_is_not_utf_8_is_refused_in_utf_8(tmp_path, use, is_folder):
+    odd = tmp_path / os.fsdecode(b"caf\xe9")
+    if is_folder:
+        odd.mkdir()
+    path = odd / "p.png" if is_folder else odd.with_suffix(".png")
+    path.write_bytes(b"x")
+    with pytest.raises(ImageError, match="its name is not UTF-8; rename it or its folder") as error:
+        use(path)
+    assert "caf\\xe9" in str(error.value)
+    str(error.value).encode()
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "a\0b"])
+def test_a_name_that_no_file_can_have_is_refused(tmp_path, name):
+    for use in (read_picture, lambda path: write_image(path, np.zeros((2, 2, 3), "u1"))):
+        with pytest.raises(ImageError, match=r"File name too long|zero byte"):
+            use(tmp_path / name / "p.png")
+        with pytest.raises(ImageError, match=r"File name too long|zero byte"):
+            use(tmp_path / f"{name}.png")

@@ -10,7 +10,8 @@ import pytest
 from imaging.maps import random_pixels
 
 from lenscl.errors import ImageError
-from lenscl.imaging import atomic, read_metadata, read_picture, write, write_image
+from lenscl.imaging import atomic, formats_of, light_of, read_metadata, read_picture, write, write_image
+from lenscl.imaging.encoding import encode
 
 PARAMETERS = {
     "lens.r": 0.1,
@@ -210,3 +211,27 @@ def test_a_missing_folder_or_a_folder_in_the_way_is_named(tmp_path):
         write_image(tmp_path / "p.png", pixels)
     with pytest.raises(ImageError, match="there is no folder"):
         write_image(tmp_path / "nowhere" / "p.png", pixels)
+
+
+def test_integers_become_linear_light_that_keeps_every_code_apart():
+    codes = np.arange(256, dtype=np.uint8).reshape(1, 256, 1)
+    for encoding in ("srgb", "linear"):
+        light = light_of(codes, encoding)
+        assert light.dtype == np.float16
+        assert len(np.unique(light)) == 256
+        np.testing.assert_array_equal(encode(light.astype(np.float64), np.uint8, encoding), codes)
+    every = np.arange(65536, dtype=np.uint16).reshape(256, 256, 1)
+    light = light_of(every, "srgb")
+    assert light.dtype == np.float32
+    np.testing.assert_array_equal(encode(light.astype(np.float64), np.uint16, "srgb"), every)
+
+
+def test_light_of_integers_is_multiplied_by_its_alpha():
+    light = light_of(np.array([[[255, 0, 255, 51], [255, 255, 255, 0]]], np.uint8), "srgb")
+    np.testing.assert_allclose(light, [[[0.2, 0, 0.2, 0.2], [0, 0, 0, 0]]], rtol=1e-3)
+
+
+def test_the_formats_that_hold_a_type_are_named():
+    assert formats_of(np.uint8) == ("png", "jpg", "tif")
+    assert formats_of(np.uint16) == ("png", "tif")
+    assert formats_of(np.float32) == ("tif", "exr")

@@ -128,3 +128,20 @@ def test_spots_of_a_study_say_at_which_points_they_are() -> None:
     assert away.points == (1, 3)
     assert looked_at == 4
     assert study_hard_spots(study, most_points=2)[1] == 2
+
+
+@pytest.mark.parametrize(
+    ("expression", "expected"),
+    [
+        ("x*x + y*y + z*z - 1", set()),
+        ("(x*x + y*y + z*z - 1)**2", {"lens no-inside"}),
+        ("x*x + y*y + z*z + 1", {"lens no-inside"}),
+        ("x*x + y*y + z*z - 1 + 0.01 * sqrt(x + 1.5)", {"lens no-value"}),
+        ("1 + x*x + sqrt(x + 1)", {"lens no-inside", "lens no-value"}),
+    ],
+)
+def test_an_expression_without_inside_or_value_is_told_of(expression: str, expected: set[str]) -> None:
+    head = HARMLESS.partition("[[lens]]")[0]
+    bounds = "bounds = [[-2, -2, -2], [2, 2, 2]]"
+    scene = scene_from_toml(f'{head}[[lens]]\nsurface = "{expression}"\n{bounds}\nn = 1.5\n')
+    assert {kind for kind in kinds(scene) if "no-" in kind} == expected

@@ -147,7 +147,7 @@ def test_a_picture_that_cannot_be_opened_is_noted_and_hinders_no_other(tmp_path:
     (tmp_path / "good.png").write_bytes(b"x")
     gone, good = survey([tmp_path / "gone.png", tmp_path / "good.png"])
     assert gone.digest is None
-    assert gone.error == "gone.png: cannot be read: No such file or directory"
+    assert gone.error == f"{tmp_path}/gone.png: cannot be read: No such file or directory"
     assert good.error is None
 
 
@@ -165,3 +165,32 @@ def test_the_program_is_named_by_its_sources(monkeypatch: pytest.MonkeyPatch, tm
         (tmp_path / path).write_text(text)
         seen.add(program_version.__wrapped__())
     assert len(seen) == 4
+
+
+@pytest.mark.parametrize(
+    "name", ["x" * 300 + ".png", "pipe.png", "folder.png", "locked/p.png", os.fsdecode(b"\xe9/p.png")]
+)
+def test_nothing_that_a_picture_may_be_keeps_the_others_from_being_surveyed(tmp_path: Path, name: str) -> None:
+    (tmp_path / "good.png").write_bytes(b"x")
+    (tmp_path / "folder.png").mkdir()
+    (tmp_path / "locked").mkdir(mode=0)
+    os.mkfifo(tmp_path / "pipe.png")
+    bad, good = survey([tmp_path / name, tmp_path / "good.png"])
+    (tmp_path / "locked").chmod(0o700)
+    assert good.error is None
+    assert bad.error is not None
+    assert bad.error.startswith(f"{tmp_path}/")  # as it can be found
+    bad.error.encode()
+
+
+def test_an_output_folder_whose_name_is_not_utf_8_is_refused(study_path: Path) -> None:
+    with pytest.raises(StudyError, match=r"^caf\\xe9: the folder's name is not UTF-8; .* -o"):
+        plan_sweep(load_study(study_path), Path(os.fsdecode(b"caf\xe9")))
+
+
+def test_a_study_whose_points_are_all_excluded_is_refused(study_path: Path) -> None:
+    edit(
+        study_path, "[sweep.axes]", '[[sweep.exclude]]\n"lens.n" = 1.3\n[[sweep.exclude]]\n"lens.n" = 1.5\n[sweep.axes]'
+    )
+    with pytest.raises(StudyError, match=r"^sweep\.exclude: no point of the study is left"):
+        plan_sweep(load_study(study_path))

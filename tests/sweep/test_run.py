@@ -15,6 +15,7 @@ import pytest
 from lenscl.config import load_study
 from lenscl.device import compile_count
 from lenscl.imaging import read_picture, write_image
+from lenscl.imaging.encoding import encode
 from lenscl.status import RayStatus
 from lenscl.sweep import Row, Store, SweepError, csv_lines, plan_sweep, run_sweep, runner
 from lenscl.sweep.rows import COUNT_COLUMNS
@@ -308,3 +309,56 @@ def test_the_table_as_csv_has_one_column_for_each_status_and_quotes_what_needs_i
             assert (cells["output"], cells["seconds"], cells["behind"]) == ("", "", "")
             assert "bad.png" in cells["error"]
     assert len(COUNT_COLUMNS) == len(RayStatus)
+
+
+def with_format(study_path: Path, image_format: str) -> Path:
+    study_path.write_text(f"{study_path.read_text()}\n[output]\nformat = '{image_format}'\n")
+    return study_path
+
+
+@pytest.mark.parametrize(("depth", "kind"), [("uint8", "float16"), ("uint16", "float32")])
+def test_pictures_of_integers_become_linear_light_in_exr(study_path: Path, depth: str, kind: str) -> None:
+    rng = np.random.default_rng(1)
+    for path in (study_path.parent / "pictures").iterdir():
+        write_image(path, rng.integers(0, np.iinfo(depth).max, (32, 32, 3), depth, endpoint=True), metadata={})
+    whole = sweep(study_path, study_path.parent / "whole")
+    light = sweep(with_format(study_path, "exr"), study_path.parent / "light")
+    assert [row.state for row in light] == ["done"] * 12
+    for one, other in zip(whole, light, strict=True):
+        pixels = read_picture(study_path.parent / "whole" / one.output).pixels
+        found = read_picture(study_path.parent / "light" / other.output)
+        assert (found.pixels.dtype, found.encoding) == (kind, "linear")
+        np.testing.assert_array_equal(encode(found.pixels.astype(np.float64), depth, "srgb"), pixels)
+
+
+@pytest.mark.parametrize(
+    ("depth", "image_format", "fit"),
+    [("float32", "png", "tif or exr"), ("float32", "jpg", "tif or exr"), ("uint16", "jpg", "png or tif or exr")],
+)
+def test_a_format_that_would_lose_of_a_picture_is_named_in_its_row(
+    study_path: Path, depth: str, image_format: str, fit: str
+) -> None:
+    write_image(study_path.parent / "pictures" / "zz.tif", np.zeros((8, 8, 3), depth), metadata={})
+    rows = sweep(with_format(study_path, image_format), study_path.parent / "out")
+    failed = [row for row in rows if row.state == "failed"]
+    assert {row.picture for row in failed} == {"zz.tif"}
+    assert len(failed) == 4
+    says = f"zz.tif: output.format: {image_format} cannot hold the picture's {depth} without loss; use {fit}"
+    assert {row.error for row in failed} == {says}
+
+
+def test_another_studys_images_are_not_replaced_unasked(study_path: Path, outputs: Outputs) -> None:
+    out = study_path.parent / "out"
+    sweep(study_path, out)
+    before = outputs(out)
+    moved = study_path.rename(study_path.with_name("moved.toml"))
+    assert all(row.kept for row in sweep(moved, out))  # all it would make is there: nothing is replaced
+    other = study_path.with_name("other.toml")
+    other.write_text(moved.read_text().replace("a = 1.0", "a = 0.9"))
+    with pytest.raises(SweepError, match=r"another study \('A small study'\), and 00000-.*replaced.* -o, .*--fresh"):
+        sweep(other, out)
+    assert outputs(out) == before
+    moved.write_text(other.read_text())  # the study itself may change
+    assert [row.state for row in sweep(moved, out)] == ["done"] * 12
+    assert outputs(out) != before
+    assert not any(row.kept for row in sweep(other, out, fresh=True))

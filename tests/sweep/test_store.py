@@ -215,3 +215,36 @@ def test_starting_over_removes_what_the_table_lists_and_nothing_else(tmp_path: P
     clear_folder(tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["1-cat.png", "notes.txt"]
     assert outside.exists()
+
+
+def test_at_rest_a_folder_holds_one_file_of_the_table_also_after_reading(tmp_path: Path) -> None:
+    carry_out(tmp_path, planned(0))
+    with Store.reading(tmp_path) as store:
+        assert len(list(store.rows())) == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["0-cat.png", STORE_NAME]
+
+
+def test_a_reader_hinders_no_writer_from_ending(tmp_path: Path) -> None:
+    carry_out(tmp_path, planned(0))
+    with Store.writing(tmp_path) as writer:
+        writer.plan(planned(0, 1), ABOUT)
+        reading = Store.reading(tmp_path)
+        reader = reading.__enter__()
+        rows = reader.rows()
+        next(rows)
+    assert len(list(rows)) == 1
+    reading.__exit__(None, None, None)
+    assert states(tmp_path, planned(0, 1)) == ["done", "pending"]
+
+
+def test_starting_over_leaves_a_folder_that_has_an_outputs_name(tmp_path: Path) -> None:
+    carry_out(tmp_path, planned(0, 1))
+    (tmp_path / "0-cat.png").unlink()
+    (tmp_path / "0-cat.png").mkdir()
+    clear_folder(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["0-cat.png"]
+
+
+def test_a_table_that_may_not_be_looked_for_is_a_sweep_error(tmp_path: Path) -> None:
+    with pytest.raises(SweepError, match="no such file"), Store.reading(tmp_path / ("x" * 300)):
+        pass
