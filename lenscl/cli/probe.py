@@ -36,8 +36,8 @@ total_reflection = "follow"
 max_events = 16
 """
 
-# Picture widths by which a ray may land beside its twin. Both march, then polish; what is left is rounding, grown at
-# most a few hundredfold through the two surfaces for rays that graze neither
+# Picture widths by which a ray may land beside its twin. The twin marches, the kernel proves; both end on the root, and
+# what is left is rounding, grown at most a few hundredfold through the two surfaces for rays that graze neither
 _TOLERANCES = {"single": 1e-3, "double": 1e-9}
 _LEAST_SHARE = 0.99  # of the rays must agree in status and events: at the rim rounding alone decides what is hit
 
