@@ -17,6 +17,7 @@ from lenscl.config.checks import LONGEST, SHORTEST, Box, Vec3
 from lenscl.config.problems import MOST_PROBLEMS, from_pydantic, nearest, short, study_error, unknown_key
 from lenscl.config.scene import Effects, Film, Frozen, Lens, Numerics, Picture, Scene, Source
 from lenscl.config.tables import (
+    MOST_LENSES,
     PLANNED_EFFECTS,
     PLANNED_LENS_KEYS,
     FilmTable,
@@ -37,7 +38,6 @@ Report = Callable[[str], None]  # takes one problem, led by its key
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 COORDINATES = ("x", "y", "z")
 LENS_KEYS = tuple(LensTable.model_fields)
-_MOST_LENSES = 1000
 _PARALLEL = 4 * 2.0**-52  # sine of the angle of two spans that differ by rounding alone
 _BY_HAND = ("method", "precision", "snell", "step", "tolerance")
 
@@ -205,8 +205,8 @@ def _read_lenses(document: Mapping[str, Any], problems: list[str]) -> list[Lens]
     if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
         report(f"lens: must be one table [[lens]] or more, got {short(tables)}")
         return []
-    if len(tables) > _MOST_LENSES:
-        report(f"lens: at most {_MOST_LENSES} lenses are supported, got {len(tables)}")
+    if len(tables) > MOST_LENSES:
+        report(f"lens: at most {MOST_LENSES} lenses are supported, got {len(tables)}; leave some out")
         return []
     _check_names(tables, report)
     found = [_read_lens(table, at, problems) for table, at in zip(tables, lens_prefixes(tables), strict=True)]
@@ -296,9 +296,10 @@ def _known_keys(table: dict[str, Any], formula: str, at: str, report: Report) ->
         for key in (key for key in extra if key in COORDINATES):
             report(f"{at}.{key}: x, y and z are the coordinates; give the parameter another name")
         extra = [key for key in extra if key not in COORDINATES]
-    for key in [key for key in extra if key not in set(parameters)][:MOST_PROBLEMS]:
+    own = {*parameters, *LENS_KEYS}
+    for key in [key for key in extra if key not in own][:MOST_PROBLEMS]:
         report(unknown_key(at, key, (*parameters, *LENS_KEYS)))
-    return {key: value for key, value in table.items() if key in LENS_KEYS or key in parameters}
+    return {key: value for key, value in table.items() if key in own}
 
 
 def is_catalogue_name(formula: str) -> bool:

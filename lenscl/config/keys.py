@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +21,11 @@ _COMPONENTS: dict[str, dict[str, int]] = {
 _NEVER_SWEPT = ("lens.name", "picture.images")
 _DECIDING = (".surface", ".kind", ".corner", ".centre")
 # Writing the one key of a pair takes the other away
-_EITHER_OR = {"corner": "centre", "centre": "corner"}
+_RIVALS = {
+    f"{screen}.{key}": f"{screen}.{other}"
+    for screen in ("film", "picture")
+    for key, other in (("corner", "centre"), ("centre", "corner"))
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +79,7 @@ def _add(found: dict[str, Place], prefix: str, table: dict[str, Any], keys: list
     for key in keys:
         found[f"{prefix}.{key}"] = Place(table, key, None)
         for component, index in _COMPONENTS.get(key, {}).items():
-            if key in table:
+            if isinstance(table.get(key), list):  # a surface's parameter may have such a name, and is a number
                 found[f"{prefix}.{key}.{component}"] = Place(table, key, index)
 
 
@@ -83,6 +87,21 @@ def whole_of(key: str) -> str | None:
     """Return the key of the vector or size that a component belongs to: `lens.stretch` of `lens.stretch.x`."""
     whole, _, last = key.rpartition(".")
     return whole if last in _COMPONENTS.get(whole.rpartition(".")[2], {}) else None
+
+
+def rival_of(key: str) -> str | None:
+    """Return the key that a screen may have in place of this one: `film.centre` for `film.corner.x`."""
+    return _RIVALS.get(whole_of(key) or key)
+
+
+def overruled(keys: Collection[str], by: Collection[str]) -> set[str]:
+    """Return the keys whose defaults cannot stand in a point that sets others.
+
+    Those are wholes of components that it sets, the reverse, and rivals; of defaults among themselves, components.
+    """
+    wholes = {whole_of(key) or key for key in by}
+    gone = {key for key in keys if key not in by and (key in wholes or whole_of(key) in by or rival_of(key) in wholes)}
+    return gone | {key for key in keys if key not in by and whole_of(key) in keys and whole_of(key) not in gone}
 
 
 def never_swept(key: str) -> bool:
@@ -109,18 +128,24 @@ def changed(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, A
     Raises
     ------
     StudyError
-        For keys that point nowhere.
+        For keys that point nowhere, or to what another of the keys sets.
     """
     problems = []
     known = places(document)
+    wholes = {whole_of(key) or key for key in changes}
+    written: dict[tuple[int, str, int | None], str] = {}
     # What decides which other keys there are goes first, components go last
     for key in sorted(changes, key=lambda key: (not key.endswith(_DECIDING), whole_of(key) is not None)):
-        problem = key_problem(key, known, document)
+        problem = _clash(key, known, changes, written) or key_problem(key, known, document)
         if problem is not None:
             problems.append(problem)
             continue
         place, value = known[key], as_plain(changes[key])
+        written[place.identity] = key
         if place.component is None:
+            rival = rival_of(key)
+            if rival is not None and rival not in wholes:  # with both set, the reader says that one is too many
+                place.table.pop(rival.rpartition(".")[2], None)
             _write(place.table, place.key, value)
             known = places(document) if key.endswith(_DECIDING) else known
         else:
@@ -130,10 +155,25 @@ def changed(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, A
     return document
 
 
+def _clash(
+    key: str,
+    known: Mapping[str, Place],
+    changes: Mapping[str, Any],
+    written: Mapping[tuple[int, str, int | None], str],
+) -> str | None:
+    """Return why a key cannot be set beside those written before it, under whatever spelling, or None."""
+    whole, place = whole_of(key), known.get(key)
+    if whole not in changes:
+        whole = None if place is None else written.get((id(place.table), place.key, None))
+    if place is not None and place.identity in written:
+        return f"{key_text(key)}: is set already, as {written[place.identity]}; keep one of the two"
+    if whole is not None:
+        return f"{key_text(key)}: is set already, as a part of {whole}; keep one of the two"
+    return None
+
+
 def _write(table: dict[str, Any], key: str, value: Any) -> None:
     """Write a whole value, and take away what cannot stand beside it."""
-    if key in _EITHER_OR and "right" in table:
-        table.pop(_EITHER_OR[key], None)
     if key == "kind" and value in ("point", "parallel"):
         table.pop("direction" if value == "point" else "at", None)
     if key == "surface" and isinstance(value, str) and value != table.get("surface"):

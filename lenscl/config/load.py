@@ -13,8 +13,23 @@ from lenscl.config.problems import file_text, study_error
 
 MOST_BYTES = 1_000_000  # a study is written by hand
 _LONGEST_REASON = 200
-# tomllib's time grows with the square of the length of a dotted key; a study's longest has four parts
-_LONG_KEY = re.compile(r"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){32}""")
+# tomllib's time grows with the square of a dotted key's parts, in a header or an inline table too; a study's longest
+# key, an axis whose quotes were forgotten, has six
+_MOST_PARTS = 16
+# Comments and strings of all four kinds, the unclosed ones to where tomllib gives up: no text is gone over twice
+_OPAQUE = re.compile(
+    "|".join(
+        (
+            r"#[^\n]*+",
+            r'"""(?:[^"\\]++|\\.|"(?!""))*"{0,5}',
+            r"'''(?:[^']++|'(?!''))*'{0,5}",
+            r'"(?:[^"\\\n]++|\\[^\n])*"?',
+            r"'[^'\n]*+'?",
+        )
+    ),
+    re.DOTALL,
+)
+_LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{_MOST_PARTS}}}")
 
 
 def read_text(path: Path) -> str:
@@ -58,8 +73,9 @@ def parse_text(text: str, where: str = "study") -> dict[str, Any]:
     """
     if len(text) > MOST_BYTES:
         raise study_error([f"{where}: is larger than {MOST_BYTES} characters; a study is not"])
-    if _LONG_KEY.search(text):
-        raise study_error([f"{where}: has a key of more than 32 parts"])
+    # A quoted part may hold anything, dots and spaces too, so each counts as one letter
+    if _LONG_KEY.search(_OPAQUE.sub("q", text)):
+        raise study_error([f"{where}: has a key of more than {_MOST_PARTS} parts; a study's keys are shorter"])
     try:
         return tomllib.loads(text)
     except RecursionError:

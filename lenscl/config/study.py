@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import glob
 import itertools
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from lenscl.config.build import read_scene, read_table, unknown_top_keys
-from lenscl.config.keys import places, whole_of
+from lenscl.config.keys import places, rival_of, whole_of
 from lenscl.config.load import parse_text, read_text
 from lenscl.config.problems import as_plain, file_text, key_text, short, study_error
 from lenscl.config.scene import Frozen, Scene
@@ -39,7 +38,8 @@ class Output:
 class Point:
     """One combination of the values of a study's axes.
 
-    `values` has every key of `study.axes`, in their order; None where the scene leaves a key out. The scene is built
+    `values` has every key of `study.axes`, in their order; None where the scene leaves a key out, or where another key
+    of the point decides it, as `film.size` does for `film.size.rows`. The scene is built
     when it is first asked for, so that points are cheap to list.
     """
 
@@ -158,6 +158,8 @@ class Study:
                     sweep = sweep.hold(axis, value)
                 elif axis == whole_of(key):
                     problems.append(f"{key_text(key)}: cannot be set, because the axis {axis} varies the whole of it")
+                elif rival_of(key) == (whole_of(axis) or axis):
+                    problems.append(f"{key_text(key)}: cannot be set, because the axis {axis} stands in its place")
         if problems:
             raise study_error(problems)
         study = replace(
@@ -284,8 +286,8 @@ def parse_override(text: str) -> tuple[str, Any]:
     if not equals or not key or not written:
         raise study_error([f"--set {key_text(text)}: must be KEY=VALUE, such as lens.r=0.2"])
     try:
-        value = tomllib.loads(f"value = {written}")
-    except (ValueError, RecursionError):
+        value = parse_text(f"value = {written}")
+    except StudyError:
         return key, written
     return key, value["value"] if len(value) == 1 else written
 

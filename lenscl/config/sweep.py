@@ -15,6 +15,7 @@ from typing import Any
 
 from lenscl.config.axes import Axis, Span, read_axis
 from lenscl.config.build import LENS_KEYS, Report, read_table
+from lenscl.config.keys import overruled
 from lenscl.config.problems import key_text, short
 from lenscl.config.sampling import MOST_SHARES, shares
 from lenscl.config.tables import TOP_KEYS, SweepTable
@@ -66,9 +67,11 @@ class Sweep:
             What the scene says for every key: an included point keeps it where it sets nothing.
         """
         keys = self.axis_keys()
+        varied = {key for group in (self.axes, *self.zips) for key, _ in group}
+        kept = {**defaults, **dict.fromkeys(overruled(defaults, varied))}
         for parts in itertools.product(self._samples(), *(_together(group) for group in self._grid())):
             values = dict.fromkeys(keys)
-            values.update(defaults)
+            values.update(kept)
             for part in parts:
                 values.update(part)
             values.update(self.fixed)
@@ -201,10 +204,16 @@ def _entries(written: Any, at: str, report: Report) -> Iterator[tuple[str, dict[
 
 
 def _kept(defaults: Mapping[str, Any], point: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the defaults of an included point; a surface of its own has its own parameters, which are left open."""
+    """Return the defaults of an included point, None where the point decides.
+
+    A surface of its own has its own parameters, which are left open.
+    """
+    overruled_keys = overruled(defaults, point)
     lenses = tuple(key.removesuffix("surface") for key in point if key.endswith(".surface"))
     return {
-        key: None if key.startswith(lenses) and key.split(".")[-1] not in (*LENS_KEYS, *"xyz") else value
+        key: None
+        if key in overruled_keys or (key.startswith(lenses) and key.split(".")[-1] not in (*LENS_KEYS, *"xyz"))
+        else value
         for key, value in defaults.items()
     }
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from lenscl.config.axes import Values
-from lenscl.config.keys import Place, key_problem, never_swept, parameter_names, places, whole_of
+from lenscl.config.keys import Place, key_problem, never_swept, parameter_names, places, rival_of, whole_of
 from lenscl.config.problems import key_text
 from lenscl.config.scene import Scene
 from lenscl.config.sweep import Sweep
@@ -18,6 +18,9 @@ def check_keys(sweep: Sweep, scene: Scene, problems: list[str]) -> None:
     document = scene.document()
     known = places(document)
     _add_swept_parameters(known, sweep)
+    parts_of: dict[str | None, list[Place]] = {}
+    for name, place in known.items():
+        parts_of.setdefault(whole_of(name), []).append(place)
     seen: dict[tuple[int, str, int | None], str] = {}
     groups = [("sweep.axes", sweep.axes), *((f"sweep.zip[{i}]", group) for i, group in enumerate(sweep.zips))]
     for at, group in groups:
@@ -28,19 +31,22 @@ def check_keys(sweep: Sweep, scene: Scene, problems: list[str]) -> None:
             if own.identity in seen or (whole is not None and whole.identity in seen):
                 other = seen.get(own.identity) or seen[whole.identity if whole is not None else own.identity]
                 problems.append(f"{at}.{key_text(key)}: varies already, by {other}; keep one of the two")
-            parts = [place.identity for name, place in known.items() if whole_of(name) == key]
-            for identity in parts:
-                if identity in seen:
-                    problems.append(f"{at}.{key_text(key)}: varies already in part, by {seen[identity]}")
+            for part in parts_of.get(key, ()):
+                if part.identity in seen:
+                    problems.append(f"{at}.{key_text(key)}: varies already in part, by {seen[part.identity]}")
+            rival = known.get(rival_of(key) or "")
+            if rival is not None and any(identity[:2] == rival.identity[:2] for identity in seen):
+                problems.append(f"{at}.{key_text(key)}: varies with {rival_of(key)} in its place; keep one of the two")
             seen[own.identity] = f"{at}.{key_text(key)}"
-    for place, point in enumerate(sweep.include):
+    for index, point in enumerate(sweep.include):
         for key in point:
-            _check_key(f"sweep.include[{place}]", key, known, document, problems)
-    for place, pattern in enumerate(sweep.exclude):
+            _check_key(f"sweep.include[{index}]", key, known, document, problems)
+    varying = dict.fromkeys(sweep.axis_keys())
+    listed = ", ".join(list(varying)[:8]) or "none"
+    for index, pattern in enumerate(sweep.exclude):
         for key in pattern:
-            if key not in sweep.axis_keys():
-                listed = ", ".join(sweep.axis_keys()[:8]) or "none"
-                problems.append(f"sweep.exclude[{place}].{key_text(key)}: does not vary; the keys that do: {listed}")
+            if key not in varying:
+                problems.append(f"sweep.exclude[{index}].{key_text(key)}: does not vary; the keys that do: {listed}")
 
 
 def _check_key(at: str, key: str, known: Mapping[str, Place], document: Mapping[str, Any], problems: list[str]) -> bool:

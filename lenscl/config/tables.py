@@ -32,6 +32,7 @@ PLANNED_LENS_KEYS: dict[str, tuple[object, ...]] = {"absorption": ((0, 0, 0),), 
 FORMATS = ("png", "jpg", "tif", "exr")
 MODES = ("grid", "latin", "halton", "sobol", "random")
 MOST_EVENTS = 255
+MOST_LENSES = 127  # kernels number them in signed bytes
 MOST_POINTS = 10_000_000
 
 
@@ -161,11 +162,11 @@ def study_schema() -> dict[str, Any]:
     properties["output"] = _schema(OutputTable)
     lens = _schema(LensTable)
     lens["additionalProperties"] = {"type": "number"}
-    properties["lens"] = {"type": "array", "minItems": 1, "items": lens}
+    properties["lens"] = {"type": "array", "minItems": 1, "maxItems": MOST_LENSES, "items": lens}
     properties["effects"] = {
         "type": "object",
         "additionalProperties": False,
-        "properties": {key: {"enum": [*effect.choices, False]} for key, effect in EFFECTS.items()}
+        "properties": {key: {"enum": list(effect.choices)} for key, effect in EFFECTS.items()}
         | {key: {"enum": list(idle)} for key, idle in PLANNED_EFFECTS.items() if key not in EFFECTS},
     }
     return {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import tomllib
 
 import pytest
 import tomli_w
@@ -157,6 +158,12 @@ HOSTILE = {
     "a table of half a million parts": "[" + "a." * (LARGE // 2) + "a]",
     "nested brackets": "a = " + "[" * LARGE,
     "nested tables": "a = " + "{a=" * (LARGE // 3),
+    "letters for parameters": (
+        "[[lens]]\nn = 1\nbounds = [[0, 0, 0], [1, 1, 1]]\nsurface = '"
+        + "+".join(f"k{i}" for i in range(60_000))
+        + "'\n"
+        + "\n".join(f"k{i} = 1" for i in range(45_000))
+    ),
     "many tables": "\n".join(f"[t{i}]" for i in range(LARGE // 9)),
     "many keys": "\n".join(f"k{i} = 1" for i in range(LARGE // 12)),
     "many lenses": "[[lens]]\n" * (LARGE // 9),
@@ -165,6 +172,12 @@ HOSTILE = {
     "a text of a million letters": "title = '" + "x" * LARGE + "'",
     "a list of half a million values": "[film]\nsize = [" + "1," * (LARGE // 2) + "]",
     "many axes": "[sweep.axes]\n" + "\n".join(f"'lens.q{i}' = [1]" for i in range(50_000)),
+    "an exclude of many keys beside an include of many": (
+        "[[sweep.include]]\n"
+        + "\n".join(f"k{i} = 1" for i in range(1000))
+        + "\n[[sweep.exclude]]\n"
+        + "\n".join(f"j{i} = 1" for i in range(60_000))
+    ),
     "many excludes": "[sweep.axes]\n'lens.r' = [1]\n" + "[[sweep.exclude]]\n'lens.r' = 1\n" * 20_000,
     "zeros": "\0" * 1000,
     "ten megabytes": "#" * 10_000_000,
@@ -178,6 +191,89 @@ def test_a_hostile_text_is_refused_with_a_readable_message(text):
         study_from_toml(text)
     assert 0 < len(str(caught.value)) < LONGEST_MESSAGE
     assert str(caught.value).isprintable() or "\n" in str(caught.value)
+
+
+LONG_KEYS = {
+    "bare parts": "a." * (LARGE // 2) + "x = 1",
+    "parts with a space": '"a b".' * (LARGE // 6) + "x = 1",
+    "parts with a dot": '"a.b".' * (LARGE // 6) + "x = 1",
+    "parts with an escape": '"\\u0061\\"".' * (LARGE // 11) + "x = 1",
+    "empty parts": "''.\"\"." * (LARGE // 6) + "x = 1",
+    "literal parts": "'#\\' \t.\t" * (LARGE // 8) + "x = 1",
+    "parts beyond latin": '"é☃".' * (LARGE // 5) + "x = 1",
+    "a header": "[" + '"a b" . ' * (LARGE // 8) + "x]",
+    "a header of a list": "[[" + "'a b'." * (LARGE // 6) + "x]]",
+    "an inline table": "a = { " + "\"a'b\".'a\"b'." * (LARGE // 12) + "x = 1 }",
+    "an inline table in a list": 'a = [\n# "\n{ b = { ' + '"]".' * (LARGE // 4) + "x = 1 } } ]",
+    "a key after strings": "a = \"\"\"\\\"\"\"\"\"\nb = '''\\'''\nc = '\\' # '\n" + '"a b".' * (LARGE // 7) + "x = 1",
+}
+
+
+@pytest.mark.parametrize("text", LONG_KEYS.values(), ids=LONG_KEYS)
+def test_a_key_of_many_parts_is_refused_before_tomllib_sees_it(text, monkeypatch):
+    monkeypatch.setattr(tomllib, "loads", lambda text: pytest.fail("tomllib was asked"))
+    with pytest.raises(StudyError) as caught:
+        study_from_toml(text)
+    assert caught.value.problems == ("study: has a key of more than 16 parts; a study's keys are shorter",)
+    assert parse_override(f"title={{ {'q.' * 20}x = 1 }}") == ("title", f"{{ {'q.' * 20}x = 1 }}")
+
+
+parts = st.sampled_from(
+    ["a", "B-1_", "7", '"a b"', "'a.b'", '""', "''", r'"\"."', r'"\\"', "'\\'", "'\"'", '"\'#"', '"é"']
+)
+innocent = st.sampled_from(
+    [
+        "1.5",
+        "2020-01-01T00:00:00.5",
+        '"' + "a." * 40 + '"',
+        "'" + "a . " * 40 + "\\'",
+        '"""' + "a.\n" * 3 + '\\"""' + "a." * 40 + '"""""',
+        "'''\n'" + "a." * 40 + "\"'''''",
+        "[1.0, 'a.b', # " + "a." * 40 + "'\"\n]",
+        r'"\\\"' + "a." * 40 + '"',
+        '""',
+        "''",
+        "{ b.c = '\"' }",
+    ]
+)
+lines = st.tuples(
+    st.lists(parts, min_size=1, max_size=20),
+    st.sampled_from([".", " . ", "\t.", ". "]),
+    innocent,
+    st.sampled_from(["", " # " + "a." * 40, ' # "', " # '''"]),
+    st.sampled_from(["\n", "\r\n"]),
+)
+
+
+def test_only_keys_of_many_parts_are_refused_for_them_whatever_stands_in_strings_and_comments():
+    seen = {True: 0, False: 0}
+
+    @settings(max_examples=400, deadline=None)
+    @given(written=st.lists(lines, min_size=1, max_size=4))
+    def read(written):
+        text = "".join(
+            dot.join([f"k{i}", *key]) + f" = {value}{comment}{end}"
+            for i, (key, dot, value, comment, end) in enumerate(written)
+        )
+        assert len(tomllib.loads(text)) == len(written)  # all of it is TOML
+        long = any(len(key) + 1 > 16 for key, *_ in written)
+        with pytest.raises(StudyError) as caught:  # no study in any case
+            study_from_toml(text)
+        assert ("key of more than 16 parts" in str(caught.value)) == long
+        seen[long] += 1
+
+    read()
+    assert min(seen.values()) > 40
+
+
+UNCLOSED = ['"', "'", '"""', "'''", 'a = "\\"', "\\", '"\\', "a.", '.""', "'\"", "\"'", '"""\\"', "'''\"", "#", '"\n']
+
+
+@pytest.mark.parametrize("piece", UNCLOSED)
+def test_a_repeated_piece_of_a_string_is_answered(piece):
+    for text in (piece * (LARGE // len(piece)), f"a = {piece}" + piece[-1] * (LARGE - 20)):
+        with pytest.raises(StudyError):
+            study_from_toml(text)
 
 
 @pytest.mark.parametrize(

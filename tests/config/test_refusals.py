@@ -421,6 +421,16 @@ def test_several_lenses_need_names_that_differ(base, problems):
     assert found == "sweep.axes.lens.r: with several lenses write lens.NAME.r; the names are ring, ball"
 
 
+def test_there_are_at_most_127_lenses(base, problems):
+    head, lens = base.split("[[lens]]")
+
+    def text(count: int) -> str:
+        return head + "".join(f"[[lens]]{lens}name = 'lens{i}'\n" for i in range(count))
+
+    assert len(study_from_toml(text(127)).scene.lenses) == 127
+    assert problems(text(128)) == ("lens: at most 127 lenses are supported, got 128; leave some out",)
+
+
 def test_a_scene_text_is_refused_as_its_study_is(base):
     with pytest.raises(StudyError, match=r"source\.at: is required"):
         scene_from_toml(base.replace("at = [0, 0, 4]", ""))

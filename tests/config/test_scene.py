@@ -213,6 +213,58 @@ def test_a_key_that_points_nowhere_is_refused(base, key):
     assert "unknown key" in problem
 
 
+CLASHES = [
+    ({"film.size": 3, "film.size.columns": 4}, "film.size.columns: is set already, as a part of film.size"),
+    ({"film.size.rows": 4, "film.size": [3]}, "film.size.rows: is set already, as a part of film.size"),
+    ({"film.size": [3, 4], "film.size.rows": 4}, "film.size.rows: is set already, as a part of film.size"),
+    ({"lens.stretch": 1, "lens.ring.stretch.x": 2}, "lens.ring.stretch.x: is set already, as a part of lens.stretch"),
+    ({"lens.ring.stretch": 1, "lens.stretch.x": 2}, "lens.stretch.x: is set already, as a part of lens.ring.stretch"),
+    ({"lens.r": 0.1, "lens.ring.r": 0.2}, "lens.ring.r: is set already, as lens.r"),
+    ({"lens.rotate.x": 1, "lens.ring.rotate.x": 2}, "lens.ring.rotate.x: is set already, as lens.rotate.x"),
+    ({"film.centre": 1, "film.centre.z": 2}, "film.centre.z: is set already, as a part of film.centre"),
+    ({"film.corner": [0, 0, 1], "film.corner.z": 2}, "film.corner.z: is set already, as a part of film.corner"),
+]
+
+
+@pytest.mark.parametrize(("changes", "problem"), CLASHES)
+def test_two_keys_for_one_value_are_refused(base, changes, problem):
+    scene = scene_from_toml(base.replace("n = 1.5", 'n = 1.5\nname = "ring"'))
+    with pytest.raises(StudyError) as caught:
+        scene.replace(changes)
+    assert caught.value.problems == (f"{problem}; keep one of the two",)
+
+
+@pytest.mark.parametrize("screen", ["film", "picture"])
+@pytest.mark.parametrize("given", ["corner", "centre"])
+def test_a_corner_and_a_centre_together_are_one_too_many(base, screen, given):
+    scene = scene_from_toml(base).replace({f"{screen}.{given}": [0, 0, 1]})
+    other = "corner" if given == "centre" else "centre"
+    whole = {f"{screen}.{given}": [0, 0, 1], f"{screen}.{other}": [0, 0, 2]}
+    part = {f"{screen}.{given}.z": 1, f"{screen}.{other}": [0, 0, 2]}
+    for changes in (whole, dict(reversed(whole.items())), part, dict(reversed(part.items()))):
+        with pytest.raises(StudyError) as caught:
+            scene.replace(changes)
+        (problem,) = caught.value.problems
+        assert problem == (f"{screen}.corner: only one of the two may be given, {screen}.corner or {screen}.centre")
+
+
+def test_a_parameter_called_like_a_vector_has_no_components(base):
+    ball = base.replace('surface = "torus"\nR = 0.7\nr = 0.25', BALL)
+    scene = scene_from_toml(ball)
+    assert dict(scene.replace({"lens.size": 0.75}).lenses[0].values)["size"] == 0.75
+    with pytest.raises(StudyError, match=r"lens\.size\.columns: unknown key"):
+        scene.replace({"lens.size.columns": 1})
+    moved = scene_from_toml(ball.replace("n = 1.5", "n = 1.5\ncentre = [0, 0, 1]")).replace({"lens.corner": 0.5})
+    assert moved.lenses[0].centre == (0.0, 0.0, 1.0)
+
+
+BALL = """surface = "x**2 + y**2 + z**2 - size**2 + corner - right"
+size = 0.5
+corner = 0.25
+right = 0.25
+bounds = [[-1, -1, -1], [1, 1, 1]]"""
+
+
 def test_nearly_parallel_and_mirrored_spans_are_allowed(base):
     assert isinstance(scene_from_toml(base.replace("right = [2, 0, 0]", "right = [1e-12, 2, 0]")), Scene)
     assert isinstance(scene_from_toml(base.replace("right = [2, 0, 0]", "right = [-2, 0, 0]")), Scene)

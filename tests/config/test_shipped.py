@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import subprocess
 import sys
@@ -13,6 +14,8 @@ import numpy as np
 import pytest
 
 from lenscl.config import load_study, study_from_toml, study_schema
+from lenscl.config.tables import PLANNED_EFFECTS
+from lenscl.effects import EFFECTS
 from lenscl.errors import StudyError
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -118,6 +121,20 @@ def test_the_schema_refuses_what_the_program_refuses(base, problems, old, new):
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(tomllib.loads(text), study_schema())
     jsonschema.validate(tomllib.loads(base), study_schema())
+
+
+@pytest.mark.parametrize("key", [*EFFECTS, *(key for key in PLANNED_EFFECTS if key not in EFFECTS)])
+def test_the_schema_and_the_program_agree_about_an_effect(base, problems, key):
+    choices = EFFECTS[key].choices if key in EFFECTS else PLANNED_EFFECTS[key]
+    accepted = 0
+    for value in [True, False, "auto", *choices, "nonsense"]:
+        text = base + f"[effects]\n{key} = {json.dumps(value)}\n"
+        found = problems(text)
+        assert jsonschema.Draft202012Validator(study_schema()).is_valid(tomllib.loads(text)) == (not found), value
+        assert all(problem.startswith(f"effects.{key}: ") for problem in found)
+        accepted += not found
+    assert accepted >= len(choices)
+    assert problems(base + f'[effects]\n{key} = "nonsense"\n')
 
 
 def test_images_are_found_beside_the_study_sorted_and_once(base, tmp_path):

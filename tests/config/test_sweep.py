@@ -11,7 +11,7 @@ import pytest
 from hypothesis import assume, event, given
 from hypothesis import strategies as st
 
-from lenscl.config import study_from_toml
+from lenscl.config import parse_override, study_from_toml
 from lenscl.config.axes import Linspace, Logspace, Range, Span, read_axis
 from lenscl.errors import StudyError
 
@@ -164,6 +164,90 @@ def test_include_adds_points_that_exclude_does_not_touch_and_other_keys_keep_the
     assert [scene.numerics.tolerance for scene in scenes] == [None, 1e-5, None]
 
 
+def test_an_included_point_may_set_the_whole_where_an_axis_varies_a_part(base):
+    study = study_from_toml(
+        base
+        + """
+[sweep.axes]
+"film.size.rows" = [2, 3]
+"film.centre" = [[0, 0, 2.0], [0, 0, 3.0]]
+[[sweep.include]]
+"film.size" = [4, 5]
+"film.corner" = [0, 0, 2.25]
+"""
+    )
+    assert study.axes == ("film.size.rows", "film.centre", "film.size", "film.corner")
+    films = [point.scene.film for point in study.points()]
+    assert [(film.size, film.keeps, film.anchor[2]) for film in films] == [
+        ((8, 2), "centre", 2.0),
+        ((8, 2), "centre", 3.0),
+        ((8, 3), "centre", 2.0),
+        ((8, 3), "centre", 3.0),
+        ((4, 5), "corner", 2.25),
+    ]
+    assert values_of(study)[-1] == {
+        "film.size.rows": None,
+        "film.centre": None,
+        "film.size": [4, 5],
+        "film.corner": [0, 0, 2.25],
+    }
+
+
+def test_an_included_point_may_set_a_part_where_an_axis_varies_the_whole(base):
+    study = study_from_toml(
+        base + "[sweep.axes]\n'film.size' = [[2, 2], [3, 3]]\n[[sweep.include]]\n'film.size.rows' = 5\n"
+    )
+    assert [point.scene.film.size for point in study.points()] == [(2, 2), (3, 3), (8, 5)]
+
+
+def test_included_points_may_set_the_whole_and_a_part_each_in_its_own(base):
+    tables = ["'film.size' = [4, 5]", "'film.size.rows' = 7", "'film.size.columns' = 1", "'lens.r' = 0.1"]
+    study = study_from_toml(base + "".join(f"[[sweep.include]]\n{table}\n" for table in tables))
+    assert [point.scene.film.size for point in study.points()] == [(8, 6), (4, 5), (8, 7), (1, 6), (8, 6)]
+
+
+@pytest.mark.parametrize(
+    ("sweep", "key", "problem"),
+    [
+        (
+            "[[sweep.include]]\n'film.size' = 3\n'film.size.columns' = 4\n",
+            "film.size.columns",
+            "is set already, as a part of film.size; keep one of the two (point 1: ",
+        ),
+        (
+            "[[sweep.include]]\n'film.corner' = [0, 0, 1]\n'film.centre' = [0, 0, 1]\n",
+            "film.corner",
+            "only one of the two may be given, film.corner or film.centre (point 1: ",
+        ),
+        (
+            "[sweep.axes]\n'film.centre.x' = [0]\n'film.corner' = [[0, 0, 1]]\n",
+            "sweep.axes.film.corner",
+            "varies with film.centre in its place; keep one of the two",
+        ),
+        (
+            "[sweep.axes]\n'film.corner' = [[0, 0, 1]]\n'film.centre' = [[0, 0, 1]]\n",
+            "sweep.axes.film.centre",
+            "varies with film.corner in its place; keep one of the two",
+        ),
+    ],
+)
+def test_a_sweep_that_sets_one_value_twice_is_refused(base, problems, sweep, key, problem):
+    (found,) = problems(base + sweep)
+    assert found.startswith(f"{key}: {problem}")
+
+
+def test_overrides_that_set_one_value_twice_are_refused(base):
+    study = study_from_toml(base)
+    with pytest.raises(StudyError) as caught:
+        study.with_overrides(dict([parse_override("film.size=[3]"), parse_override("film.size.rows=4")]))
+    assert caught.value.problems == ("film.size.rows: is set already, as a part of film.size; keep one of the two",)
+    swept = study_from_toml(base + "[sweep.axes]\n'film.centre.z' = [2, 3]\n")
+    with pytest.raises(StudyError) as caught:
+        swept.with_overrides({"film.corner": [0, 0, 1]})
+    (problem,) = caught.value.problems
+    assert problem == "film.corner: cannot be set, because the axis film.centre.z stands in its place"
+
+
 @pytest.mark.parametrize("mode", ["latin", "halton", "sobol", "random"])
 def test_samples_fill_their_spans_and_repeat_for_a_seed(base, mode):
     def read(seed: int):
@@ -262,7 +346,7 @@ def test_the_sampled_modes_name_the_fix_where_scipy_is_missing(base):
     text = base + '[sweep]\nmode = "latin"\nsamples = 3\n[sweep.axes]\n"lens.r" = { min = 0.1, max = 0.2 }\n'
     code = (
         "import sys; sys.modules['scipy'] = None\n"
-        "from lenscl.config import study_from_toml\n"
+        "from lenscl.config import parse_override, study_from_toml\n"
         "from lenscl.errors import StudyError\n"
         f"try: study_from_toml({text!r})\n"
         "except StudyError as error: print(error)\n"
