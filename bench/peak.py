@@ -1,0 +1,38 @@
+"""The multiply-add peak of a device: what every figure of speed is held against."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from lenscl.device import Device
+
+_CHAINS = 12  # independent sums in flight: more than latency times ports of today's processors
+_ROUNDS = 20_000
+_ITEMS = 256
+_KERNEL = """
+kernel void peak(global REAL *numbers, const int rounds) {
+  const REAL start = numbers[get_global_id(0)];
+  const PACKET factor = (PACKET)numbers[1], term = (PACKET)numbers[2];
+  PACKET sum[CHAINS];
+  for (int i = 0; i < CHAINS; ++i) sum[i] = (PACKET)(start + i);
+  for (int round = 0; round < rounds; ++round)
+    for (int i = 0; i < CHAINS; ++i) sum[i] = sum[i] * factor + term;
+  PACKET all = sum[0];
+  for (int i = 1; i < CHAINS; ++i) all += sum[i];
+  numbers[get_global_id(0)] = TOTAL;
+}
+"""
+
+
+def multiply_add_peak(device: Device, precision: Literal["single", "double"], tries: int = 5) -> float:
+    """Return the most flop/s seen in a few tries; a multiply-add counts two."""
+    width = device.width(precision)
+    real, dtype = ("float", np.float32) if precision == "single" else ("double", np.float64)
+    total = " + ".join(f"all.s{lane:x}" for lane in range(width)) if width > 1 else "all"
+    head = {"REAL": real, "PACKET": real + (str(width) if width > 1 else ""), "CHAINS": _CHAINS, "TOTAL": total}
+    text = "".join(f"#define {name} {value}\n" for name, value in head.items()) + _KERNEL
+    program, numbers = device.build(text, kind="peak"), device.upload(np.full(_ITEMS, 0.5, dtype))
+    seconds = min(program.run("peak", _ITEMS, [numbers, np.int32(_ROUNDS)]) for _ in range(tries))
+    return 2.0 * _ITEMS * _ROUNDS * _CHAINS * width / seconds
