@@ -38,7 +38,7 @@ def face_problem(expression: Expr, values: Mapping[str, float], box: tuple[Vec3,
         return f"must be two corners of finite numbers, each low below its high, got {[list(low), list(high)]}"
     x, y, z = np.concatenate([_face(low, high, axis, end) for axis in range(3) for end in (low, high)], axis=1)
     F = evaluate(expression, {**values, "x": x, "y": y, "z": z})
-    F = np.where(np.isnan(F), np.inf, F)  # NaN is outside: there is no solid where F has no value
+    F = np.where(np.isnan(F), np.inf, F)  # no solid is found where F is no number; a ray that comes there is undecided
     reached = np.flatnonzero(F <= 0.0)
     if not reached.size:
         return None

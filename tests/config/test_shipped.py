@@ -24,7 +24,7 @@ BENCHES = sorted((CONFIGS / "bench").glob("*.toml"))
 
 
 def to_world(lens, local):
-    """Place local points, (N, 3), by the words of the design: R_z R_y R_x diag(stretch) local + centre."""
+    """Place local points, (N, 3), as world = centre + R_z R_y R_x diag(stretch) local."""
     a, b, c = np.radians(lens.rotate)
     x = np.array([[1, 0, 0], [0, math.cos(a), -math.sin(a)], [0, math.sin(a), math.cos(a)]])
     y = np.array([[math.cos(b), 0, math.sin(b)], [0, 1, 0], [-math.sin(b), 0, math.cos(b)]])
