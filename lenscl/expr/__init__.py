@@ -15,7 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from lenscl.expr.c_writer import CText, c_text
-from lenscl.expr.derive import derivative_along, differentiate, gradient, magnitude, polynomial
+from lenscl.expr.derive import degree, derivative_along, differentiate, gradient, magnitude, polynomial
 from lenscl.expr.graph import Expr, digest, number, symbol
 from lenscl.expr.interval_writer import band_text
 from lenscl.expr.operations import FUNCTIONS, OPERATIONS, Operation
@@ -34,6 +34,7 @@ __all__ = [
     "band_text",
     "bounds",
     "c_text",
+    "degree",
     "derivative_along",
     "differentiate",
     "digest",

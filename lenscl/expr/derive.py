@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from lenscl.expr.graph import Expr, build, walk
-from lenscl.expr.operations import OPERATIONS, Coefficients
+from lenscl.expr.operations import OPERATIONS, Coefficients, whole
 from lenscl.expr.simplify import ONE, ZERO, power
 
 
@@ -72,6 +72,28 @@ def _trimmed(found: Coefficients) -> Coefficients:
     return found[: last + 1]
 
 
+def degree(expr: Expr, along: Collection[str]) -> int | None:
+    """Return the degree as a polynomial in some symbols, before anything cancels; None where it is none."""
+    degrees: dict[Expr, int] = {}
+    for each in walk([expr]):
+        parts = [degrees[arg] for arg in each.args]
+        if not each.args:
+            degrees[each] = int(each.op == "symbol" and each.name in along)
+        elif not any(parts):
+            degrees[each] = 0
+        elif each.op in ("+", "-", "neg"):
+            degrees[each] = max(parts)
+        elif each.op == "*":
+            degrees[each] = sum(parts)
+        elif each.op == "power":
+            degrees[each] = parts[0] * whole(each.args[1])
+        elif each.op == "/" and not parts[1]:
+            degrees[each] = parts[0]
+        else:
+            return None
+    return degrees[expr]
+
+
 def magnitude(expr: Expr, along: Collection[str]) -> tuple[Expr, int]:
     """Return what bounds the rounding of a polynomial, however it is computed along a ray.
 
@@ -112,7 +134,7 @@ def magnitude(expr: Expr, along: Collection[str]) -> tuple[Expr, int]:
             (u, chain, m), (v, other, _) = parts
             sizes[each] = u / v, chain + other + 1, m
         elif each.op == "power":
-            (u, chain, m), n = parts[0], int(each.args[1].value or 0)
+            (u, chain, m), n = parts[0], whole(each.args[1])
             sizes[each] = power(u, n), n * chain + (n - 1) * (1 + m), n * m
         else:
             raise ValueError(f"{each.op} is no part of a polynomial")

@@ -7,11 +7,12 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
-from lenscl.expr import Expr, digest, polynomial, symbol
+from lenscl.expr import Expr, degree, digest
 
 Vec3 = tuple[float, float, float]
 Box = tuple[Vec3, Vec3]  # lowest and highest corner, lens-local coordinates
 Values = Mapping[str, float]
+_MOST_DEGREE = 16  # beyond, a polynomial's kernel grows with the square and its coefficients lose their digits
 Problem = tuple[str, str]  # the key of the lens table, what is wrong
 
 
@@ -100,9 +101,9 @@ class Surface:
 
     @property
     def polynomial_form(self) -> Expr | None:
-        """F itself where it is a polynomial in x, y, z, else `polynomial`."""
-        along = {axis: (symbol(axis), symbol(f"d{axis}")) for axis in "xyz"}
-        return self.expression if polynomial(self.expression, along) is not None else self.polynomial
+        """F itself where it is a polynomial in x, y, z of a degree that can be searched as one, else `polynomial`."""
+        found = degree(self.expression, "xyz")
+        return self.expression if found is not None and found <= _MOST_DEGREE else self.polynomial
 
     def box(self, values: Values) -> Box:
         """Return the smallest box that holds F <= 0, for these parameter values, in local coordinates.
