@@ -12,7 +12,7 @@ from lenscl.expr import Expr, degree, digest
 Vec3 = tuple[float, float, float]
 Box = tuple[Vec3, Vec3]  # lowest and highest corner, lens-local coordinates
 Values = Mapping[str, float]
-_MOST_DEGREE = 16  # beyond, a polynomial's kernel grows with the square and its coefficients lose their digits
+_MOST_DEGREE = 8  # beyond, the terms at a box's far side, 4^degree times F, drown what F is near the surface
 Problem = tuple[str, str]  # the key of the lens table, what is wrong
 
 
