@@ -157,7 +157,8 @@ def test_a_surface_that_is_no_polynomial_is_refused_by_name() -> None:
 
 
 def test_a_polynomial_of_a_high_degree_is_left_to_intervals_at_once() -> None:
-    for text in ("x**10 + y**10 + z**10 - 0.5", "x**64 + y**64 + z**64 - 0.5", "*".join(["x"] * 2000) + " + y**2 + z**2 - 0.5"):
+    product = "*".join(["x"] * 2000)
+    for text in ("x**10 + y**10 + z**10 - 0.5", "x**64 + y**64 + z**64 - 0.5", f"{product} + y**2 + z**2 - 0.5"):
         surface = make_scene({"surface": text, "bounds": BOUNDS}).lenses[0].surface
         assert surface.sign_polynomial({}) is None
     ball = make_scene({"surface": "(x**2 + y**2 + z**2)**4 - 0.5", "bounds": BOUNDS, "n": 1.0}, film={"size": [9, 9]})
