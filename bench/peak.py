@@ -15,12 +15,11 @@ _KERNEL = """
 kernel void peak(global REAL *numbers, const int rounds) {
   const REAL start = numbers[get_global_id(0)];
   const PACKET factor = (PACKET)numbers[1], term = (PACKET)numbers[2];
-  PACKET sum[CHAINS];
-  for (int i = 0; i < CHAINS; ++i) sum[i] = (PACKET)(start + i);
-  for (int round = 0; round < rounds; ++round)
-    for (int i = 0; i < CHAINS; ++i) sum[i] = sum[i] * factor + term;
-  PACKET all = sum[0];
-  for (int i = 1; i < CHAINS; ++i) all += sum[i];
+  PACKET BEGIN;
+  for (int round = 0; round < rounds; ++round) {
+    STEP
+  }
+  const PACKET all = END;
   numbers[get_global_id(0)] = TOTAL;
 }
 """
@@ -31,7 +30,15 @@ def multiply_add_peak(device: Device, precision: Literal["single", "double"], tr
     width = device.width(precision)
     real, dtype = ("float", np.float32) if precision == "single" else ("double", np.float64)
     total = " + ".join(f"all.s{lane:x}" for lane in range(width)) if width > 1 else "all"
-    head = {"REAL": real, "PACKET": real + (str(width) if width > 1 else ""), "CHAINS": _CHAINS, "TOTAL": total}
+    sums = [f"sum_{chain}" for chain in range(_CHAINS)]  # named: in an array, PoCL may run one chain after the other
+    head = {
+        "REAL": real,
+        "PACKET": real + (str(width) if width > 1 else ""),
+        "BEGIN": ", ".join(f"{name} = (PACKET)(start + {chain})" for chain, name in enumerate(sums)),
+        "STEP": " ".join(f"{name} = {name} * factor + term;" for name in sums),
+        "END": " + ".join(sums),
+        "TOTAL": total,
+    }
     text = "".join(f"#define {name} {value}\n" for name, value in head.items()) + _KERNEL
     program, numbers = device.build(text, kind="peak"), device.upload(np.full(_ITEMS, 0.5, dtype))
     seconds = min(program.run("peak", _ITEMS, [numbers, np.int32(_ROUNDS)]) for _ in range(tries))
