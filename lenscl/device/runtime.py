@@ -88,7 +88,7 @@ class Device:
                 f"{self.handle.max_mem_alloc_size / 2**20:.0f} MiB are possible; use a smaller picture or film"
             )
         try:
-            handle = cl.Buffer(self._session.context, cl.mem_flags.READ_WRITE, size=max(nbytes, 1))
+            handle = self._session.memory.allocate(max(nbytes, 1))
         except (cl.Error, MemoryError) as error:
             raise TraceError(f"{self.label}: no memory for {nbytes / 2**20:.0f} MiB: {error}") from error
         return Buffer(handle, nbytes)
@@ -167,6 +167,8 @@ class _Session:
 
     def __init__(self, device: Device) -> None:
         cl = opencl()
+        from pyopencl.tools import ImmediateAllocator, MemoryPool
+
         try:
             self.context = cl.Context([device.handle])
             properties = cl.command_queue_properties.PROFILING_ENABLE
@@ -175,6 +177,8 @@ class _Session:
             raise NoDeviceError(
                 f"{device.label}: the driver refuses a context: {error}; try `lenscl doctor`"
             ) from error
+        # Fresh memory is zeroed page by page as a kernel first writes to it: what one launch lets go, the next takes
+        self.memory = MemoryPool(ImmediateAllocator(self.queue))
         self.programs: dict[tuple[str, tuple[str, ...]], Program] = {}
 
     def build(self, text: str, options: Sequence[str]) -> Any:
