@@ -9,10 +9,9 @@
 
 // The arrays hold (pixels, 2), (pixels, 3) numbers and (pixels) bytes, padded to whole packets.
 static inline void store_end(const ray_t *ray, place_t place, int first, END_PARAMETERS) {
-  scatter(place.s, st + 2 * first, 2);
-  scatter(place.t, st + 2 * first + 1, 2);
-  store_lanes(to_bytes(ray->status), status + first);
-  store_lanes(to_bytes(ray->events), events + first);
+  store_pairs(place.s, place.t, st + 2 * first);
+  store_bytes(ray->status, status + first);
+  store_bytes(ray->events, events + first);
   scatter(ray->origin.x, origin + 3 * first, 3);
   scatter(ray->origin.y, origin + 3 * first + 1, 3);
   scatter(ray->origin.z, origin + 3 * first + 2, 3);

@@ -7,8 +7,7 @@
 
 // The arrays hold (pixels, 2) numbers and (pixels) bytes, padded to whole packets; first is the packet's first pixel.
 static inline void store_end(const ray_t *ray, place_t place, int first, END_PARAMETERS) {
-  scatter(place.s, st + 2 * first, 2);
-  scatter(place.t, st + 2 * first + 1, 2);
-  store_lanes(to_bytes(ray->status), status + first);
-  store_lanes(to_bytes(ray->events), events + first);
+  store_pairs(place.s, place.t, st + 2 * first);
+  store_bytes(ray->status, status + first);
+  store_bytes(ray->events, events + first);
 }

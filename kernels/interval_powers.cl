@@ -6,7 +6,7 @@
 // least: the operand is never below it, as is known of the expression; so only rounding and bending lead there.
 
 // Relative errors of OpenCL's functions in units of ROUNDING (ulp; full profile, OpenCL C 1.2, table 7.1; division and
-// sqrt are exact in double, 2.5 and 3 ulp in single)
+// sqrt are exact in double, 2.5 and 3 ulp in single), and of the prelude's cube root
 #define DIVIDE_ULP 3
 #define SQRT_ULP 3
 #define CBRT_ULP 2
@@ -71,9 +71,9 @@ static inline band_t band_sqrt(band_t a, realv least) {
 static inline band_t band_cbrt(band_t a) {
   const realv low = band_low(a);
   const realv high = band_high(a);
-  const realv root_low = cbrt(low);
-  const realv root_high = cbrt(high);
-  const realv value = cbrt(a.mid);
+  const realv root_low = cbrt_v(low);
+  const realv root_high = cbrt_v(high);
+  const realv value = cbrt_v(a.mid);
   const realv near = low > (realv)0 ? root_low : root_high;  // the end nearer to zero
   const realv near_squared = near * near;
   const realv curve = (realv)NUMBER(-0.22222222222222222) / (near_squared * near_squared * near);

@@ -2,18 +2,24 @@
 //
 // provides  LENS(meet)(), LENS(start)()
 // needs     prelude, ray, placement, search, SURFACE(first_root), SURFACE(gradient)
-// set by    the generated assembly, once a lens: LENS_NUMBER; LENS(name), its own version of a name; SURFACE(name)
+// set by    the generated assembly, once a lens: LENS_NUMBER; LENS(name), its own version of a name; SURFACE(name);
+//           SURFACE(CONVEX), whether no ray that left the solid meets it again
 
-// The outward unit normal at a local point, in the world. Lanes without one, at a singular point, are left out of *defined.
-static inline real3v LENS(normal)(const lens_t *lens, SURFACE(t) shape, real3v p, maskv *defined) {
-  const real3v n = to_world_normal(lens, SURFACE(gradient)(p, shape));
+// The outward normal at local points, in the world, of a length that can be squared in either precision. Of the lanes,
+// those without one, at a singular point, are left out of *defined.
+static inline real3v LENS(normal)(const lens_t *lens, SURFACE(t) shape, real3v p, maskv lanes, maskv *defined) {
+  real3v n = to_world_normal(lens, SURFACE(gradient)(p, shape));
+  realv square = dot3(n, n);
+  *defined = (square > (realv)NUMBER(1e-24)) & (square < (realv)NUMBER(1e24));
+  if (!any_lane(lanes & not_lane(*defined))) return n;
 
-  // Scale by the largest part first: a squared gradient may leave the range of numbers
-  const realv scale = (realv)1 / max_v(max_v(abs_v(n.x), abs_v(n.y)), abs_v(n.z));
+  // Scale by the largest part: 0, infinity and no number stay undefined
+  const realv scale = down_scale(max_v(max_v(abs_v(n.x), abs_v(n.y)), abs_v(n.z)));
   const real3v m = {n.x * scale, n.y * scale, n.z * scale};
-  const realv square = dot3(m, m);
-  *defined = (square >= (realv)NUMBER(0.5)) & (square <= (realv)4);  // 1 to 3 but for rounding; false for no number
-  return unit3(m);
+  n = pick3(*defined, n, m);
+  square = dot3(n, n);
+  *defined = (square > (realv)NUMBER(1e-24)) & (square < (realv)NUMBER(1e24));
+  return n;
 }
 
 // Rays that start on this lens's surface start inside it if they enter.
@@ -21,7 +27,7 @@ static inline void LENS(start)(ray_t *ray, const lens_t *lens, SURFACE(t) shape)
   const maskv lanes = ray->alive & (ray->on == (maskv)LENS_NUMBER);
   if (!any_lane(lanes)) return;
   maskv defined;
-  const real3v normal = LENS(normal)(lens, shape, to_local_point(lens, ray->origin), &defined);
+  const real3v normal = LENS(normal)(lens, shape, to_local_point(lens, ray->origin), lanes, &defined);
   const maskv enters = dot3(normal, ray->direction) < (realv)0;
   ray->inside = (lanes & enters) ? (maskv)LENS_NUMBER : ray->inside;
   end_ray(ray, lanes & not_lane(defined), RAY_UNDECIDED);
@@ -31,14 +37,15 @@ static inline void LENS(start)(ray_t *ray, const lens_t *lens, SURFACE(t) shape)
 static inline void LENS(meet)(const ray_t *ray, const lens_t *lens, SURFACE(t) shape, const method_t *method,
                               hit_t *hit) {
   const maskv inside = ray->inside == (maskv)LENS_NUMBER;
-  const maskv asks = ray->alive & (inside | (ray->inside == NOWHERE));
+  const maskv departs = ray->on == (maskv)LENS_NUMBER;
+  const maskv returns = SURFACE(CONVEX) ? not_lane(departs) : ray->alive;
+  const maskv asks = ray->alive & (inside | ((ray->inside == NOWHERE) & returns));
   if (!any_lane(asks)) return;
 
   // Go into local space, where the ray's origin is moved to its entry into the bounding box: the digits of a far
   // origin would be lost in F. A known root must stay at t = 0
   const real3v origin = to_local_point(lens, ray->origin);
   const real3v direction = to_local_vector(lens, ray->direction);
-  const maskv departs = ray->on == (maskv)LENS_NUMBER;
   const span_t span = span_in_box(lens, origin, direction);
   const realv enter = (departs | inside) ? (realv)0 : span.enter;
   const maskv crosses = enter < span.leave;
@@ -61,11 +68,12 @@ static inline void LENS(meet)(const ray_t *ray, const lens_t *lens, SURFACE(t) s
   if (!any_lane(nearer)) return;
   const real3v point = at3(search.origin, direction, root.t);
   maskv defined;
-  const real3v normal = LENS(normal)(lens, shape, point, &defined);
+  const real3v normal = LENS(normal)(lens, shape, point, nearer, &defined);
   hit->t = nearer ? t : hit->t;
   hit->point = pick3(nearer, to_world_point(lens, point), hit->point);
   hit->normal = pick3(nearer, normal, hit->normal);
   hit->n_lens = nearer ? (realv)lens->n : hit->n_lens;
+  hit->eta = nearer ? (inside ? (realv)lens->eta_out : (realv)lens->eta_in) : hit->eta;
   hit->lens = nearer ? (maskv)LENS_NUMBER : hit->lens;
   hit->found = hit->found | nearer;
   hit->doubt = (nearer & not_lane(defined)) ? min_v(hit->doubt, t) : hit->doubt;

@@ -1,7 +1,7 @@
 // placement.cl: between the world and a lens's own space.
 //
 // provides  to_local_point(), to_local_vector(), to_world_point(), to_world_normal(), span_t, span_in_box()
-// needs     prelude; lens_t { to_local[9], to_world[9] row by row, centre[3], box_low[3], box_high[3], n }
+// needs     prelude; lens_t { to_local[9], to_world[9] row by row, centre[3], box_low[3], box_high[3] }
 //
 // The map is affine, so the parameter t of a ray is the same on both sides and roots need no conversion.
 
@@ -36,17 +36,14 @@ typedef struct {
   realv enter, leave;
 } span_t;
 
+// A ray along the slab has an infinite inverse: both ends lie at infinity, on two sides of it inside the slab and on one
+// outside. On a face of it 0 / 0 limits nothing, which does no harm: the solid does not reach the face.
 static inline void clip_to_slab(realv o, realv d, real low, real high, span_t *span) {
-  // A ray along the slab meets all of it or nothing
-  const maskv along = d == (realv)0;
-  const maskv misses = along & ((o < (realv)low) | (o > (realv)high));
   const realv inverse = (realv)1 / d;
   const realv a = ((realv)low - o) * inverse;
   const realv b = ((realv)high - o) * inverse;
-  const realv enter = along ? span->enter : min_v(a, b);
-  const realv leave = along ? span->leave : max_v(a, b);
-  span->enter = max_v(span->enter, enter);
-  span->leave = misses ? (realv)-1 : min_v(span->leave, leave);
+  span->enter = max_v(span->enter, min_v(a, b));
+  span->leave = min_v(span->leave, max_v(a, b));
 }
 
 // Clip the ray ahead of its origin to the lens's bounding box.

@@ -1,7 +1,7 @@
 // prelude.cl: the vocabulary every other fragment is written in.
 //
-// provides  real, realv, maskv, real3v, LANES; any_lane(), not_lane(), abs_v(), min_v(), max_v(), pow_v();
-//           dot3(), unit3(), at3(), pick3(), broadcast3(); scatter(), gather()
+// provides  real, realv, maskv, bitsv, real3v, LANES; as_bits(), as_numbers(), to_bits(), to_numbers(); any_lane(),
+//           not_lane(); dot3(), unit3(), at3(), pick3(), broadcast3()
 // set by    the generated head: REAL float|double, MASK int|long, VW 1|2|4|8|16, REAL_MAX, REAL_TINY,
 //           REAL_EPSILON, NUMBER(x), a literal in that precision (0.6f left in a double build would cost 3e-8)
 //
@@ -21,12 +21,22 @@ typedef int maskv;
 #define store_lanes(v, at) (*(at) = (v))
 #define load_lanes(at) (*(at))
 #define to_bytes(m) ((uchar)(m))
+typedef uchar ubytev;
 #define from_bytes(b) ((maskv)(b))
-typedef char bytev;
+#define as_bits(v) PASTE(as_, MASK)(v)
+#define as_numbers(b) PASTE(as_, REAL)(b)
+#define to_bits(v) PASTE(convert_, MASK)(v)
+#define to_numbers(b) PASTE(convert_, REAL)(b)
+typedef MASK bitsv;
 #else
 typedef PASTE(REAL, VW) realv;
 typedef PASTE(MASK, VW) maskv;
-typedef PASTE(char, VW) bytev;
+typedef PASTE(uchar, VW) ubytev;
+#define as_bits(v) PASTE(PASTE(as_, MASK), VW)(v)
+#define as_numbers(b) PASTE(PASTE(as_, REAL), VW)(b)
+#define to_bits(v) PASTE(PASTE(convert_, MASK), VW)(v)
+#define to_numbers(b) PASTE(PASTE(convert_, REAL), VW)(b)
+typedef PASTE(MASK, VW) bitsv;
 #define store_lanes(v, at) PASTE(vstore, VW)(v, 0, at)
 #define load_lanes(at) PASTE(vload, VW)(0, at)
 #define to_bytes(m) PASTE(convert_uchar, VW)(m)
@@ -64,23 +74,6 @@ static inline int any_lane(maskv m) {
 
 static inline maskv not_lane(maskv m) { return m == (maskv)0; }
 
-// The built-ins fabs, fmin and fmax are calls on PoCL; these are one instruction. A NaN in b is passed on by none of them.
-static inline realv abs_v(realv a) { return a < (realv)0 ? -a : a; }
-static inline realv min_v(realv a, realv b) { return b < a ? b : a; }
-static inline realv max_v(realv a, realv b) { return b > a ? b : a; }
-
-// PoCL 3.0's pow of a double8 with a lane of 0, 1e-300, infinity or NaN is wrong in other lanes; that of a double4 is not.
-static inline realv pow_v(realv a, realv b) {
-#if VW >= 8
-  realv c;
-  c.lo = pow(a.lo, b.lo);
-  c.hi = pow(a.hi, b.hi);
-  return c;
-#else
-  return pow(a, b);
-#endif
-}
-
 typedef struct {
   realv x, y, z;
 } real3v;  // a structure of lanes, never float3
@@ -108,18 +101,4 @@ static inline real3v pick3(maskv m, real3v a, real3v b) {
 static inline real3v broadcast3(const real *a) {
   const real3v v = {(realv)a[0], (realv)a[1], (realv)a[2]};
   return v;
-}
-
-// Write lane i to out[i * stride].
-static inline void scatter(realv v, global real *out, int stride) {
-  real lanes[VW];
-  store_lanes(v, lanes);
-  for (int i = 0; i < VW; ++i) out[i * stride] = lanes[i];
-}
-
-// Read lane i from in[i * stride].
-static inline realv gather(global const real *in, int stride) {
-  real lanes[VW];
-  for (int i = 0; i < VW; ++i) lanes[i] = in[i * stride];
-  return load_lanes(lanes);
 }

@@ -19,8 +19,9 @@ typedef struct {
 typedef struct {
   realv t;          // distance from the ray's origin, scene units
   real3v point;     // world
-  real3v normal;    // world, unit, outward
+  real3v normal;    // world, outward, of any length that can be squared
   realv n_lens;     // index of the lens met
+  realv eta;        // n_before / n_after there
   maskv lens;       // its number
   maskv found;      // lanes that meet a surface
   realv doubt;      // distance up to which the searches are proved; REAL_MAX where all of them are
@@ -29,7 +30,7 @@ typedef struct {
 // A surface being met: what effects may read. The ray itself is already bent.
 typedef struct {
   real3v incident;         // world, unit: the ray's direction before
-  real3v normal;           // world, unit, against the incident ray
+  real3v normal;           // world, against the incident ray, of any length that can be squared
   realv n_before, n_after; // indices on the incident side and behind the surface
   maskv lanes;             // lanes that meet a surface now
   maskv total;             // those of them that are totally reflected

@@ -8,9 +8,9 @@
 
 // The rays start on the plane  direction . p = plane,  which the host lays on the source side of everything.
 static inline ray_t first_ray(const film_t *film, const source_t *source, int4 tile, int first RAY_PARAMETERS) {
-  const realv pixel = (realv)(real)first + LANES;
-  const real3v target = film_points(film, tile, pixel);
+  const real nowhere[3] = {0, 0, 0};
+  const real3v target = film_points(film, tile, first, nowhere);
   const real3v direction = broadcast3(source->direction);
   const real3v origin = at3(target, direction, (realv)source->plane - dot3(direction, target));
-  return new_ray(origin, direction, NOWHERE, NOWHERE, pixel < (realv)(real)tile.w);
+  return new_ray(origin, direction, NOWHERE, NOWHERE, in_tile(tile, first));
 }

@@ -7,17 +7,15 @@
 #define RAY_ARGUMENTS
 
 static inline ray_t first_ray(const film_t *film, const source_t *source, int4 tile, int first RAY_PARAMETERS) {
-  const realv pixel = (realv)(real)first + LANES;
-
   // Aim from the source at the pixel's centre; where that is the source itself there is no ray
-  const real3v origin = broadcast3(source->at);
-  const real3v toward = at3(film_points(film, tile, pixel), origin, (realv)-1);
-  const maskv aims = dot3(toward, toward) > (realv)0;
-  const real3v ahead = {(realv)0, (realv)0, (realv)1};
-  const real3v direction = unit3(pick3(aims, toward, ahead));
+  const real3v toward = film_points(film, tile, first, source->at);
+  const realv square = dot3(toward, toward);
+  const maskv aims = square > (realv)0;
+  const realv scale = aims ? (realv)1 / sqrt(square) : (realv)0;
+  const real3v direction = {scale * toward.x, scale * toward.y, aims ? scale * toward.z : (realv)1};
 
   // The source is one point: the host knows what it lies in and on
   const maskv inside = (maskv)(MASK)source->inside;
   const maskv on = (maskv)(MASK)source->on;
-  return new_ray(origin, direction, inside, on, aims & (pixel < (realv)(real)tile.w));
+  return new_ray(broadcast3(source->at), direction, inside, on, aims & in_tile(tile, first));
 }

@@ -1,30 +1,26 @@
 // snell_exact.cl: bend unit directions at a smooth interface by Snell's law.
 //
 // provides  refract()        needs  prelude
-// source    Born & Wolf, Principles of Optics, 7th ed., sec. 3.2.2; written so that nothing cancels: with c = cos of
-//           incidence and s = its sine, the squared cosine behind the surface, 1 - eta^2 s^2, is
-//           c^2 + (1 - eta)(1 + eta) s^2, and eta c - sqrt(k) is -(1 - eta)(1 + eta) / (eta c + sqrt(k)).
+// source    Born & Wolf, Principles of Optics, 7th ed., sec. 3.2.2; written for a normal g of any length, q = g.g and
+//           c = -d.g: q times the squared cosine behind the surface, 1 - eta^2 (1 - c^2 / q), is
+//           k = eta^2 c^2 + (1 - eta)(1 + eta) q, and the part along g, (eta c - sqrt(k)) / q, is
+//           -(1 - eta)(1 + eta) / (eta c + sqrt(k)), in which nothing cancels and no length of g is needed.
 //           At eta = 1 the direction is returned bit for bit.
 
 // Returns the unit direction behind the interface; lanes set in *total are totally reflected and keep theirs.
 //
-//   d    unit, along the ray        n      unit, against it
+//   d    unit, along the ray        g      against it, of any length
 //   eta  n_before / n_after, > 0    total  out; never set where eta <= 1
-static inline real3v refract(real3v d, real3v n, realv eta, maskv *total) {
-  // Split the direction by the normal; rounding must not turn it to the wrong side
-  const realv dn = dot3(d, n);
-  const realv c = max_v(-dn, (realv)0);
-  const real3v tangential = at3(d, n, -dn);
-  const realv s2 = dot3(tangential, tangential);
-
-  // Square the cosine behind the surface; below zero there is no refracted ray
+static inline real3v refract(real3v d, real3v g, realv eta, maskv *total) {
+  // Square the cosine behind the surface; below zero there is no refracted ray. Rounding must not turn the normal
+  const realv ec = eta * max_v(-dot3(d, g), (realv)0);
   const realv excess = ((realv)1 - eta) * ((realv)1 + eta);
-  const realv k = c * c + excess * s2;
+  const realv k = ec * ec + excess * dot3(g, g);
   *total = k < (realv)0;
 
-  // Scale the tangential part and restore unit length along the normal
-  const realv denominator = eta * c + sqrt(max_v(k, (realv)0));
+  // Scale the tangential part and restore unit length along the normal; the root is no number where nothing is refracted
+  const realv denominator = ec + sqrt(k);
   const realv along = denominator > (realv)0 ? excess / denominator : (realv)0;
-  const real3v t = {eta * d.x - along * n.x, eta * d.y - along * n.y, eta * d.z - along * n.z};
+  const real3v t = {eta * d.x - along * g.x, eta * d.y - along * g.y, eta * d.z - along * g.z};
   return pick3(*total, d, t);
 }

@@ -6,9 +6,10 @@
 
 // Returns the unit direction behind the interface. No lane is ever totally reflected.
 //
-//   d    unit, along the ray        n      unit, against it
+//   d    unit, along the ray        g      against it, of any length
 //   eta  n_before / n_after, > 0    total  out, none
-static inline real3v refract(real3v d, real3v n, realv eta, maskv *total) {
+static inline real3v refract(real3v d, real3v g, realv eta, maskv *total) {
+  const real3v n = unit3(g);
   const realv dn = dot3(d, n);
   const realv grows = ((realv)1 - eta) * dn;  // eta d + (1 - eta) (d.n) n is p + eta u
   const real3v bent = {eta * d.x + grows * n.x, eta * d.y + grows * n.y, eta * d.z + grows * n.z};

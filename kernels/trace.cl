@@ -3,6 +3,7 @@
 // provides  the kernel trace
 // needs     prelude, ray, first_ray(), refract(), land(), store_end(); generated: scene_t, start_on_lenses(), meet_lenses(),
 //           at_interface()
+// set by    the generated head: RUN
 
 // Take living rays to the next surface and through it; those that meet none stay alive and leave *travels.
 static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *scene, int max_events) {
@@ -12,7 +13,7 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
   hit.found = (maskv)0;
   hit.doubt = (realv)REAL_MAX;
   hit.lens = NOWHERE;
-  hit.t = hit.n_lens = hit.point.x = hit.point.y = hit.point.z = hit.normal.x = hit.normal.y = hit.normal.z = (realv)0;
+  hit.t = hit.n_lens = hit.eta = hit.point.x = hit.point.y = hit.point.z = hit.normal.x = hit.normal.y = hit.normal.z = (realv)0;
   meet_lenses(&traveller, scene, &hit);
 
   // End what cannot go on; a doubt behind the surface that is met does not matter
@@ -21,26 +22,28 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
   const maskv meets = *travels & hit.found & not_lane(undecided);
   const maskv trapped = meets & (ray->events >= (maskv)max_events);
   end_ray(ray, trapped, RAY_TRAPPED);
+  *travels = meets & not_lane(trapped);
+  if (!any_lane(*travels)) return;
 
   // Bend at the surface; the side is known from the ray, not from the normal
   interface_t at;
-  at.lanes = meets & not_lane(trapped);
-  *travels = at.lanes;
+  at.lanes = *travels;
   const maskv leaves = ray->inside != NOWHERE;
   const realv n_medium = (realv)scene->n_medium;
   at.incident = ray->direction;
-  at.normal.x = leaves ? -hit.normal.x : hit.normal.x;
-  at.normal.y = leaves ? -hit.normal.y : hit.normal.y;
-  at.normal.z = leaves ? -hit.normal.z : hit.normal.z;
+  const realv turns = leaves ? (realv)-1 : (realv)1;
+  at.normal.x = turns * hit.normal.x;
+  at.normal.y = turns * hit.normal.y;
+  at.normal.z = turns * hit.normal.z;
   at.n_before = leaves ? hit.n_lens : n_medium;
   at.n_after = leaves ? n_medium : hit.n_lens;
-  const real3v bent = refract(at.incident, at.normal, at.n_before / at.n_after, &at.total);
+  const real3v bent = refract(at.incident, at.normal, hit.eta, &at.total);
   at.total = at.total & at.lanes;
 
   // Record the event
   const maskv crosses = at.lanes & not_lane(at.total);
   ray->origin = pick3(at.lanes, hit.point, ray->origin);
-  ray->direction = pick3(crosses, bent, ray->direction);
+  ray->direction = pick3(at.lanes, bent, ray->direction);
   ray->on = at.lanes ? hit.lens : ray->on;
   ray->inside = crosses ? (leaves ? NOWHERE : hit.lens) : ray->inside;
   ray->events = at.lanes ? ray->events + (maskv)1 : ray->events;
@@ -48,17 +51,18 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
   *travels = *travels & ray->alive;
 }
 
-// One work-item carries one packet of the tile.
+// One work-item carries RUN packets of the tile, one after the other: what they share is read once.
 kernel void trace(global const scene_t *restrict numbers, const int4 tile, const int max_events,
                   END_PARAMETERS RAY_PARAMETERS) {
-  const int first = (int)get_global_id(0) * VW;
-  if (first >= tile.w) return;
   const scene_t scene = *numbers;
-
-  ray_t ray = first_ray(&scene.film, &scene.source, tile, first RAY_ARGUMENTS);
-  start_on_lenses(&ray, &scene);
-  maskv travels = ray.alive;
-  while (any_lane(travels)) to_next_surface(&ray, &travels, &scene, max_events);
-  const place_t place = land(&ray, &scene.picture);
-  store_end(&ray, place, first, END_ARGUMENTS);
+  const int begin = (int)get_global_id(0) * (RUN * VW);
+  const int end = tile.w - begin < RUN * VW ? tile.w : begin + RUN * VW;
+  for (int first = begin; first < end; first += VW) {
+    ray_t ray = first_ray(&scene.film, &scene.source, tile, first RAY_ARGUMENTS);
+    start_on_lenses(&ray, &scene);
+    maskv travels = ray.alive;
+    while (any_lane(travels)) to_next_surface(&ray, &travels, &scene, max_events);
+    const place_t place = land(&ray, &scene.picture);
+    store_end(&ray, place, first, END_ARGUMENTS);
+  }
 }

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lenscl import device
-from lenscl.codegen import fragment, head
+from lenscl.codegen import VOCABULARY, fragment, head
 from lenscl.status import RayStatus
 
 REALS: dict[str, Any] = {"single": np.float32, "double": np.float64}
-FORMS = [(p, w) for p, widths in (("single", (1, 4, 8, 16)), ("double", (1, 2, 4, 8))) for w in widths]
+FORMS = [(p, w) for p, widths in (("single", (1, 4, 8, 16)), ("double", (1, 2, 8, 16))) for w in widths]
 
 
 def device_of_width(single: int, double: int) -> device.Device:
@@ -51,7 +51,7 @@ class Probe:
             [
                 head(self.precision, self.width),  # type: ignore[arg-type]
                 "".join(f"#define RAY_{status.name} {status.value}\n" for status in RayStatus),
-                fragment("prelude.cl"),
+                *(fragment(name) for name in VOCABULARY),
                 self.before,
                 *(fragment(name) for name in self.fragments),
                 "kernel void probe(global const real *restrict in, global real *restrict out, const int count) {",

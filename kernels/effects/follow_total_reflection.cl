@@ -3,6 +3,7 @@
 // provides  follow_total_reflection()        needs  prelude, ray
 // source    the law of reflection: the part along the normal is turned round
 static inline void follow_total_reflection(ray_t *ray, const interface_t *at) {
-  const realv twice = (realv)-2 * dot3(at->incident, at->normal);
+  if (!any_lane(at->total)) return;
+  const realv twice = (realv)-2 * dot3(at->incident, at->normal) / dot3(at->normal, at->normal);
   ray->direction = pick3(at->total, at3(at->incident, at->normal, twice), ray->direction);
 }

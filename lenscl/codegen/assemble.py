@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lenscl.codegen.along import degree_along
 from lenscl.codegen.fragments import head, located
 from lenscl.codegen.source import KernelSource
 from lenscl.codegen.specialise import Structure, layout
@@ -11,14 +12,17 @@ from lenscl.codegen.surfaces import surface_functions
 from lenscl.status import RayStatus
 
 
+VOCABULARY = ("prelude.cl", "functions.cl", "memory.cl")  # the fragments that all others are written in
+
+
 def kernel_source(structure: Structure) -> KernelSource:
     """Return the trace kernel of a structure; equal structures give equal text."""
     numbers = layout(structure)
     pieces = [
         _banner(structure),
-        head(structure.precision, structure.width),
+        head(structure.precision, structure.width) + f"#define RUN {structure.run}\n",
         "".join(f"#define RAY_{status.name} {status.value}\n" for status in RayStatus),
-        located("prelude.cl"),
+        *(located(name) for name in VOCABULARY),
         _generated("the numbers of a scene, which a sweep may change without a new kernel"),
         numbers.declare(),
         located("ray.cl"),
@@ -59,9 +63,10 @@ def _generated(what: str) -> str:
 def _searched_surface(structure: Structure, prefix: str) -> Iterator[str]:
     yield _generated("a surface, from its expression")
     method = structure.method(prefix)
-    yield surface_functions(prefix, structure.surfaces()[prefix], method.writes, structure.precision)
+    surface = structure.surfaces()[prefix]
+    yield surface_functions(prefix, surface, method.writes, structure.precision)
     yield f"#define SURFACE(name) {prefix}_##name\n"
-    for name in method.fragments:
+    for name in method.fragments_for(degree_along(surface)):
         yield located(name)
     yield "#undef SURFACE\n"
 

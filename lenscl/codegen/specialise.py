@@ -28,6 +28,7 @@ class Structure:
     effects: tuple[Variant, ...]
     precision: Literal["single", "double"]
     width: int  # lanes of a packet
+    run: int  # packets that one work-item carries, one after the other
 
     def surfaces(self) -> dict[str, Surface]:
         """Return the distinct surfaces by the prefix of their C names, in the order of first use.
@@ -136,5 +137,7 @@ _LENS = Struct(
         Slot("box_low", 3, "local; the solid lies strictly inside the box"),
         Slot("box_high", 3),
         Slot("n", 1, "refractive index"),
+        Slot("eta_in", 1, "index around it over its own"),
+        Slot("eta_out", 1, "its own over the one around it"),
     ),
 )

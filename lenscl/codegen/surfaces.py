@@ -29,7 +29,8 @@ def surface_functions(prefix: str, surface: Surface, wanted: Iterable[str], prec
         How numbers are spelled.
     """
     functions = (WRITERS[name](prefix, surface, precision) for name in dict.fromkeys((*wanted, "gradient")))
-    return "\n".join((f"// {prefix}: {_described(surface)}; negative inside", *functions))
+    described = f"// {prefix}: {_described(surface)}; negative inside"
+    return "\n".join((described, f"#define {prefix}_CONVEX {int(surface.is_convex)}", *functions))
 
 
 def _value(prefix: str, surface: Surface, precision: Precision) -> str:

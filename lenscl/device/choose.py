@@ -104,15 +104,17 @@ def _describe(platform: Any, handle: Any) -> Device:
 
 
 def _widths(kind: str, handle: Any) -> tuple[int, int]:
-    """Return the lanes of a packet in (single, double): the register's on a CPU, one ray a work-item elsewhere."""
+    """Return the lanes of a packet in (single, double): about the register's on a CPU, one ray a work-item elsewhere."""
     if kind != "cpu":
         return 1, 1
     single, double = handle.native_vector_width_float, handle.native_vector_width_double
-    return _supported(single, 16), _supported(double, 8)  # double16 crashes the compiler of PoCL 3.0
+    if single >= 16:
+        double *= 2  # AVX-512 has registers enough for two chains at once: each fills the other's waits for roots
+    return _supported(single), _supported(double)
 
 
-def _supported(native: int, most: int) -> int:
-    return max(width for width in (1, 2, 4, 8, 16) if width == 1 or width <= min(native, most))
+def _supported(native: int) -> int:
+    return max(width for width in (1, 2, 4, 8, 16) if width <= max(native, 1))
 
 
 def _rank(device: Device) -> tuple[bool, bool, int, bool, list[int]]:

@@ -22,6 +22,7 @@ from lenscl.errors import BuildError, NoDeviceError, TraceError
 Precision: TypeAlias = Literal["single", "double"]
 
 _LOCAL_SIZE = {"gpu": 64, "cpu": 8}  # work-items a group; a packet already fills a CPU's registers
+_RUN = {"cpu": 16}  # what a packet's work-item reads is then read once for 16; a GPU wants them all at once
 _built: Counter[str] = Counter()  # programs built in this process, by kind
 _build_lock = threading.Lock()
 
@@ -60,6 +61,11 @@ class Device:
     def width(self, precision: Precision) -> int:
         """Return the lanes of a packet."""
         return self.widths[0] if precision == "single" else self.widths[1]
+
+    @property
+    def run(self) -> int:
+        """Return the packets that a work-item should carry, one after the other."""
+        return _RUN.get(self.kind, 1)
 
     def circumstances(self) -> dict[str, str]:
         """Return what must stand beside every figure measured here."""

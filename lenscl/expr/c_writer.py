@@ -29,14 +29,14 @@ bool char uchar short ushort int uint long ulong half float double quad real
 _WORDS = """
 auto break case const constant continue default do else enum extern for global goto if inline kernel local private
 PASTE PASTE_ LANES VW REAL MASK REAL_MAX NUMBER NAN INFINITY MAXFLOAT HUGE_VAL HUGE_VALF
-store_lanes load_lanes to_bytes from_bytes bytev
+RUN store_lanes load_lanes to_bytes from_bytes ubytev bitsv as_bits as_numbers to_bits to_numbers
 read_only read_write register restrict return signed sizeof static struct switch typedef uniform union unsigned void
 volatile while pipe complex imaginary image2d_t event_t sampler_t size_t ptrdiff_t intptr_t uintptr_t maskv mask
 any_lane true false
 """
 RESERVED_WORDS: frozenset[str] = frozenset(_WORDS.split()) | {
     f"{kind}{lanes}" for kind in _TYPES.split() for lanes in ("", "2", "3", "4", "8", "16", "v", "3v")
-}  # no temporary may be called so: words of OpenCL C and of kernels/prelude.cl
+}  # no temporary may be called so: words of OpenCL C and of our vocabulary
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,8 +205,8 @@ class Writer:
             for arg, needed in zip(each.args, needs, strict=True)
         ]
         nan = f"({self._kind(each)})(NAN)"
-        power = "pow_v" if self._on_lanes[each] else "pow"
-        return row.c.format(*parts, zero=spell_number(0.0, self._precision), nan=nan, power=power), level
+        on_lanes = "_v" if self._on_lanes[each] else ""
+        return row.c.format(*parts, zero=spell_number(0.0, self._precision), nan=nan, on_lanes=on_lanes), level
 
     def _widened(self, each: Expr) -> str:
         """Spell a scalar as a value for every lane."""

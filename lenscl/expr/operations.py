@@ -224,7 +224,7 @@ _ROWS: tuple[Operation, ...] = (
         interval=lambda iv, u: iv.rising(u, "sqrt", ulps=1, domain=0.0, least=0.0),
     ),
     _function(
-        "cbrt", 1, stem="cube_root",
+        "cbrt", 1, stem="cube_root", c="cbrt{on_lanes}({0})",
         evaluate=lambda np, u: np.cbrt(u),
         derivative=lambda w, u, du: du / (3.0 * power(w, 2)),
         interval=lambda iv, u: iv.rising(u, "cbrt", ulps=4),
@@ -309,7 +309,7 @@ _ROWS: tuple[Operation, ...] = (
     ),
     _function(
         "pow", 2, stem="pow", named=True, c_level=CHOICE, c_needs=(SUM, FREE),
-        c="{0} < {zero} ? {nan} : {power}({0}, {1})",  # not powr: it is NaN for 0^0
+        c="{0} < {zero} ? {nan} : pow{on_lanes}({0}, {1})",  # not powr: it is NaN for 0^0
         evaluate=lambda np, u, p: np.where(u >= 0.0, np.power(u, p), np.nan),
         derivative=lambda w, u, p, du, dp: (
             p * build("pow", u, p - 1.0) * du if dp is ZERO else w * (dp * build("log", u) + p * du / u)

@@ -99,6 +99,7 @@ def _rows() -> tuple[Surface, ...]:
             parameters=(_length("r", 1.0, "radius"),),
             expression=_read("x^2 + y^2 + z^2 - r^2", "r"),
             extent=_sphere_box,
+            is_convex=True,
         ),
         Surface(
             name="ellipsoid",
@@ -113,6 +114,7 @@ def _rows() -> tuple[Surface, ...]:
             ),
             expression=_read("(1/a*x)^2 + (1/b*y)^2 + (1/c*z)^2 - r^2", "a", "b", "c", "r"),
             extent=_ellipsoid_box,
+            is_convex=True,
         ),
         Surface(
             name="torus",

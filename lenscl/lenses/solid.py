@@ -74,6 +74,8 @@ class Surface:
         From the parameters' values to the tight box of F <= 0; see `box`.
     promised : Box or None
         For a user's expression the bounds that were given with it.
+    is_convex : bool
+        Whether the solid is convex for all values: a ray that has left it never meets it again.
     """
 
     name: str
@@ -86,6 +88,7 @@ class Surface:
     holds: Callable[[Values], bool] | None = None
     extent: Callable[[Values], Box] | None = None
     promised: Box | None = None
+    is_convex: bool = False
 
     @property
     def key(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 
 
@@ -19,6 +19,11 @@ class Method:
     is_guaranteed: bool = False  # it misses no crossing, and says where it cannot tell
     wants_polynomial: bool = False  # it serves surfaces of which a polynomial of F's sign is known
     words: tuple[str, ...] = ()  # files of kernels/ that its surfaces' functions are written in, once a kernel
+    closed_forms: Mapping[int, tuple[str, ...]] = field(default_factory=dict)  # fragments instead, by F's degree
+
+    def fragments_for(self, degree: int | None) -> tuple[str, ...]:
+        """Return the fragments for a surface whose polynomial has this degree, None where it has none."""
+        return self.fragments if degree is None else self.closed_forms.get(degree, self.fragments)
 
 
 _ROWS = (
@@ -31,7 +36,8 @@ _ROWS = (
     ),
     Method(
         name="polynomial",
-        fragments=("search_polynomial.cl",),
+        fragments=("polynomial_ray.cl", "polynomial_bounds.cl", "polynomial_walk.cl", "search_polynomial.cl"),
+        closed_forms={2: ("polynomial_ray.cl", "search_quadratic.cl")},
         guarantee="finds every crossing of a polynomial, by proof; a ray whose proof rounding forbids is undecided",
         writes=("along",),
         is_guaranteed=True,

@@ -200,7 +200,7 @@ class _Job:
                 self._buffers[name] = self.device.empty(nbytes)
         outputs = [self._buffers[name] for name, _ in self._arrays]
         arguments = [self._numbers, np.array(tile, np.int32), np.int32(self.scene.numerics.max_events), *outputs, *rays]
-        self._seconds += self._program.run("trace", packets, arguments)
+        self._seconds += self._program.run("trace", -(-packets // self.source.structure.run), arguments)
         for name, _ in self._arrays:
             self.device.download(self._buffers[name], ends[name][first : first + count])
 
@@ -250,6 +250,7 @@ def _structure(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structure:
         effects=effects.wanted({key: getattr(scene.effects, key) for key in effects.EFFECTS}),
         precision=numerics.precision,
         width=chosen.width(numerics.precision),
+        run=chosen.run,
     )
 
 

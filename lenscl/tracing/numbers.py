@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lenscl.codegen import EMPTY, KernelSource
-from lenscl.config import Film, Picture, Scene
+from lenscl.config import Film, Lens, Picture, Scene
 from lenscl.lenses import Vec3
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.start import locate
@@ -29,9 +29,14 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
     values |= _prefixed("picture", picture_numbers(scene))
     values |= _prefixed("method", _method(scene, source.structure.reads()))
     for number, lens in enumerate(scene.lenses):
-        values |= _prefixed(f"lens_{number}", {**Placement.of(lens).numbers(), "n": lens.n})
+        values |= _prefixed(f"lens_{number}", _lens(lens, scene.n_medium))
         values |= _prefixed(f"shape_{number}", source.shape_values(number, lens.values))
     return values
+
+
+def _lens(lens: Lens, n_medium: float) -> Mapping[str, ArrayLike]:
+    indices = {"n": lens.n, "eta_in": n_medium / lens.n, "eta_out": lens.n / n_medium}
+    return {**Placement.of(lens).numbers(), **indices}
 
 
 def picture_numbers(scene: Scene) -> Mapping[str, NDArray[np.float64]]:

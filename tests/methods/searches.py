@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from probe import Probe
 
 from lenscl.codegen import fragment
+from lenscl.codegen.along import degree_along
 from lenscl.codegen.specialise import parameter_spelling
 from lenscl.codegen.surfaces import surface_functions
 from lenscl.lenses import Surface
@@ -52,7 +53,7 @@ class Search:
                 f"typedef struct {{\n{shape}}} s_t;",
                 surface_functions("s", surface, row.writes, precision),  # type: ignore[arg-type]
                 "#define SURFACE(name) s_##name",
-                *(fragment(name) for name in row.fragments),
+                *(fragment(name) for name in row.fragments_for(degree_along(surface))),
             ]
         )
         body = f"""

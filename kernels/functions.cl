@@ -1,0 +1,54 @@
+// functions.cl: functions of numbers that the built-ins do slowly, or wrongly, for packets.
+//
+// provides  abs_v(), min_v(), max_v(), pow_v(), cbrt_v(), down_scale()        needs  prelude
+
+// The built-ins fabs, fmin and fmax are calls on PoCL; these are one instruction. min_v and max_v do not pass on a NaN in b.
+static inline realv abs_v(realv a) { return as_numbers(as_bits(a) & ~as_bits((realv)-0.0f)); }
+static inline realv min_v(realv a, realv b) { return b < a ? b : a; }
+static inline realv max_v(realv a, realv b) { return b > a ? b : a; }
+
+// The cube root to 2 ulp, without a division. The built-in goes lane by lane on PoCL. With r near |a|^(-1/3), read from the
+// bits of a to 3.5 %, and h = 1 - |a| r^3, the next r is r (1 - h)^(-1/3) = r (1 + h / 3 + 2 h^2 / 9 + ...): from 3.5 % two
+// turns lead to 1e-9, and one of Newton's on the root itself to the last bits.
+static inline realv cbrt_v(realv a) {
+  const realv third = (realv)NUMBER(0.33333333333333333), two_ninths = (realv)NUMBER(0.22222222222222222);
+  const maskv small = abs_v(a) < (realv)REAL_TINY;  // subnormal: its bits are no logarithm
+  const realv x = abs_v(a) * (small ? (realv)NUMBER(18014398509481984.0) : (realv)1);  // 2^54
+  const realv seed = (realv)4 * third * to_numbers(as_bits((realv)1)) -
+                     (realv)NUMBER(0.06615) * to_numbers(as_bits((realv)REAL_TINY));
+  realv r = as_numbers(to_bits(seed - third * to_numbers(as_bits(x))));
+  for (int turn = 0; turn < 2; ++turn) {
+    const realv h = (realv)1 - x * r * (r * r);
+    r = r + r * h * (third + two_ninths * h);
+  }
+  const realv y = x * (r * r);
+  const realv root = (y - (y * y * y - x) * (third * (r * r))) * (small ? (realv)NUMBER(3.814697265625e-06) : (realv)1);
+  const maskv usual = (x > (realv)0) & (x <= (realv)REAL_MAX);
+  return usual ? (a < (realv)0 ? -root : root) : a;
+}
+
+// PoCL 3.0's pow of a double8 with a lane of 0, 1e-300, infinity or NaN is wrong in other lanes; that of a double4 is not.
+static inline realv pow_v(realv a, realv b) {
+#if VW == 16
+  realv c;
+  c.lo.lo = pow(a.lo.lo, b.lo.lo);
+  c.lo.hi = pow(a.lo.hi, b.lo.hi);
+  c.hi.lo = pow(a.hi.lo, b.hi.lo);
+  c.hi.hi = pow(a.hi.hi, b.hi.hi);
+  return c;
+#elif VW == 8
+  realv c;
+  c.lo = pow(a.lo, b.lo);
+  c.hi = pow(a.hi, b.hi);
+  return c;
+#else
+  return pow(a, b);
+#endif
+}
+
+// The power of two that brings |a| into [1, 2), read from its exponent. For 0 it is the largest power there is; for
+// infinity and NaN, none.
+static inline realv down_scale(realv a) {
+  const bitsv exponents = as_bits((realv)INFINITY);
+  return as_numbers(exponents - as_bits((realv)REAL_TINY) - (as_bits(a) & exponents));
+}

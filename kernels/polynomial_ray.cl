@@ -1,0 +1,21 @@
+// polynomial_ray.cl: a polynomial surface along the ray.
+//
+// provides  SURFACE(on_ray)()
+// needs     prelude, search; SURFACE(along), the coefficients of F(o + t d); SURFACE(magnitude), F with all its terms
+//           positive; SURFACE(DEGREE), 2 or more; SURFACE(ROUNDINGS), how many of them an error of F adds up
+
+// Write F along the ray, positive on the ray's side, into a: the coefficients of t. A known root at 0 is divided out.
+// Returns the bound of the rounding of f up to where the ray leaves the box.
+static inline realv SURFACE(on_ray)(const search_t *search, SURFACE(t) shape, realv a[SURFACE(DEGREE) + 1]) {
+  realv c[SURFACE(DEGREE) + 1];
+  SURFACE(along)(search->origin, search->direction, shape, c);
+  const realv side = search->inside ? (realv)-1 : (realv)1;
+#pragma unroll
+  for (int i = 0; i < SURFACE(DEGREE); ++i) a[i] = side * (search->departs ? c[i + 1] : c[i]);
+  a[SURFACE(DEGREE)] = search->departs ? (realv)0 : side * c[SURFACE(DEGREE)];
+
+  const real3v reach = {abs_v(search->origin.x) + abs_v(search->direction.x) * search->length,
+                        abs_v(search->origin.y) + abs_v(search->direction.y) * search->length,
+                        abs_v(search->origin.z) + abs_v(search->direction.z) * search->length};
+  return (realv)(REAL_EPSILON * SURFACE(ROUNDINGS)) * SURFACE(magnitude)(reach, shape);
+}
