@@ -71,7 +71,7 @@ static inline segment_t make_segment(realv start, realv end) {
 
 // What a coordinate's band on any segment up to `length` may be wrong by: roundings of o, of t d twice and of reach d.
 static inline realv coordinate_error(realv o, realv d, realv length) {
-  return ROUNDING * (abs_v(o) + (realv)2 * length * abs_v(d)) + UNDERFLOW;
+  return (realv)(1 + INPUT_ROUNDINGS) * ROUNDING * (abs_v(o) + (realv)2 * length * abs_v(d)) + UNDERFLOW;
 }
 
 static inline band_t band_on_segment(realv o, realv d, realv error, segment_t segment) {

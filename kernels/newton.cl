@@ -1,21 +1,32 @@
 // newton.cl: polish a bracketed root.
 //
-// provides  SURFACE(polish)()        needs  prelude, search, SURFACE(f_gradient)
+// provides  SURFACE(polish)()        needs  prelude, functions, search, SURFACE(f_gradient)
 // source    Press et al., Numerical Recipes, 3rd ed., sec. 9.4: Newton's method kept inside its bracket
 
 #ifndef POLISH_LIMIT
 #define POLISH_LIMIT 100  // twice what halving a bracket of one step to the last bit of a double takes
 #endif
+#define NEWTON_NEAR sqrt((real)REAL_EPSILON)  // of t: a move so short is followed by one of rounding's size, or by noise
 
-// Returns the place in [low, high] where side * F falls through zero. Departing lanes look for a root of
-// (F - f_start) / t instead, which has lost the root at 0.
+// Returns the place where F changes its sign in the bracket of a root that was found, t = 0 elsewhere. A departing lane
+// whose bracket starts at the known root looks for one of (F - F(0)) / t instead, which has lost that root; F(0) is no
+// more than rounding.
 //
-//   side        +1 where F > 0 before the root, -1 inside       low, high  side * F >= 0 at low, < 0 at high
-//   f_start     F at t = 0, rounding's share of the known root  tolerance  a shorter move of t ends the search
-static inline realv SURFACE(polish)(search_t search, SURFACE(t) shape, realv side, realv f_start, maskv divides,
-                                    realv low, realv high, realv tolerance, maskv lanes) {
+//   tolerance  a shorter move of t ends the search, as one of two roundings does
+static inline realv SURFACE(polish)(search_t search, SURFACE(t) shape, root_t root, realv tolerance) {
+  const realv side = search.inside ? (realv)-1 : (realv)1;
+  const maskv divides = search.departs & (root.low == (realv)0);
+  realv f_start = (realv)0;
+  if (any_lane(divides & root.found)) {
+    real3v unused;
+    f_start = divides ? SURFACE(f_gradient)(search.origin, shape, &unused) : (realv)0;
+  }
+  realv low = root.low, high = root.high;
+  const realv finest = max_v(tolerance, (realv)REAL_EPSILON * high);
+  const realv small = (realv)NEWTON_NEAR * high;
+  realv last = high - low;  // move of t
   realv t = (low + high) * (realv)NUMBER(0.5);
-  maskv moves = lanes;
+  maskv moves = root.found;
   for (int i = 0; i < POLISH_LIMIT && any_lane(moves); ++i) {
     // Take the value and slope along the ray, without the known root
     real3v gradient;
@@ -33,10 +44,16 @@ static inline realv SURFACE(polish)(search_t search, SURFACE(t) shape, realv sid
     // Step by Newton, or to the middle where that leaves the bracket or is no number
     const realv newton = t - value / slope;
     const realv middle = (low + high) * (realv)NUMBER(0.5);
-    const maskv ends = (abs_v(newton - t) <= tolerance) | (value == (realv)0);
     const maskv within = (newton > low) & (newton < high);
+    const realv move = abs_v(newton - t);
+
+    // Be done where the move was fine, where the next one, as moves shrink (move / last)^2 move, will be far finer, and
+    // where only rounding moves t any more
+    const maskv settles = within & (((realv)64 * move * move * move <= finest * last * last) | ((move >= last) & (move <= small)));
+    const maskv ends = (move <= finest) | (value == (realv)0) | settles;
     const realv next = within ? newton : ends ? t : middle;
     t = moves ? next : t;
+    last = within ? move : high - low;
     moves = moves & not_lane(ends);
   }
   return t;

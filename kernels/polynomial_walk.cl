@@ -34,7 +34,10 @@ static inline maskv SURFACE(walk)(const realv a[SURFACE(DEGREE) + 1], realv nois
     const maskv arrives = s[0] <= noise;
     const maskv crosses = (falls > (realv)0) & (falls * falls > (realv)4 * noise * high);
     const maskv found = steps & arrives & crosses;
+    const realv within = (realv)2 * (abs_v(s[0]) + noise) / falls;
     root->t = found ? t + s[0] / falls : root->t;
+    root->low = found ? t - within : root->low;
+    root->high = found ? t + within : root->high;
     root->found = root->found | found;
 
     // Step as far as no root can be, in the form that does not cancel

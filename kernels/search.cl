@@ -4,11 +4,12 @@
 //
 // A method provides, for each distinct surface,
 //
-//   root_t SURFACE(first_root)(search, shape, method)
+//   root_t SURFACE(isolate)(search, shape, method)
 //
 // where SURFACE(name) is the surface's own version of a function, shape holds its parameters and method what the
-// method reads of [numerics]. Of the surface, SURFACE(gradient)(p, shape), grad F at local points, is always there;
-// the rest is written only for the methods that call it:
+// method reads of [numerics]. One of root_*.cl makes SURFACE(first_root)() of it, with the same parameters: the first
+// root to the last bits. Of the surface, SURFACE(gradient)(p, shape), grad F at local points, is always there; the rest
+// is written only for the methods that call it:
 //   SURFACE(f)(p, shape)                     F, negative inside
 //   SURFACE(f_gradient)(p, shape, &g)        the same with grad F in g
 //   SURFACE(along)(o, d, shape, c)           the coefficients of F(o + t d), a polynomial
@@ -25,6 +26,7 @@ typedef struct {
 
 typedef struct {
   realv t;          // the first root behind 0 where found; where undecided, up to where there is provably none
+  realv low, high;  // where found: it lies between them and no other does; F changes its sign there
   maskv found;      // lanes that have one within the length
   maskv undecided;  // lanes for which neither a root nor its absence could be proved
 } root_t;

@@ -1,7 +1,7 @@
 // search_interval.cl: the first root by bounds of F and of its slope on segments of the ray; no crossing is missed.
 //
-// provides  SURFACE(first_root)()
-// needs     prelude, interval, search, newton, SURFACE(band)(), SURFACE(slope_band)()
+// provides  SURFACE(isolate)()
+// needs     prelude, functions, interval, search, SURFACE(band)(), SURFACE(slope_band)()
 // source    Mitchell, Robust ray intersection with interval arithmetic, Graphics Interface 1990, for the tests of
 //           sign and slope; the bands' own lines say where to look next
 //
@@ -20,7 +20,7 @@
 #define FINEST ((realv)(8 * REAL_EPSILON))   // of t: a shorter segment has no places inside
 #define ONE_ROOT ((realv)(64 * REAL_EPSILON))  // of t: crossings that are closer are one
 
-static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, const method_t *method) {
+static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const method_t *method) {
   const realv side = search.inside ? (realv)-1 : (realv)1;
   const real3v o = search.origin;
   const real3v d = search.direction;
@@ -60,7 +60,8 @@ static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, cons
     maskv over = none;
     const maskv asks = scans & not_lane(none | (starts & not_lane(ends)));
     if (any_lane(asks)) {
-      const band_t df = SURFACE(slope_band)(p, d, shape);
+      band_t df = SURFACE(slope_band)(p, d, shape);
+      df.error *= (realv)(1 + INPUT_ROUNDINGS);  // each product with d counts its own rounding, so d's is in this
       const realv slope = side * df.mid;
       const realv bend = side * df.rise;
       const maskv rises = asks & (slope - abs_v(bend) - df.error > (realv)0);
@@ -96,11 +97,7 @@ static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, cons
   }
   root.undecided = root.undecided | scans;
 
-  // Polish to the last bits inside the bracket
-  root.t = clear;
-  if (any_lane(root.found)) {
-    const realv two_steps = (realv)REAL_EPSILON * end;
-    root.t = SURFACE(polish)(search, shape, side, (realv)0, (maskv)0, clear, end, two_steps, root.found);
-  }
+  root.t = root.low = clear;
+  root.high = end;
   return root;
 }

@@ -1,12 +1,12 @@
-// search_march.cl: the first root by a march of fixed steps, then Newton inside the bracket.
+// search_march.cl: the first root by a march of fixed steps.
 //
-// provides  SURFACE(first_root)()        needs  prelude, search, newton; method_t { step, tolerance }
+// provides  SURFACE(isolate)()        needs  prelude, functions, search; SURFACE(f); method_t { step }
 //
 // The baseline. Two crossings within one step pass unseen; a chord that starts on the surface does not, since its first
 // crossing is known to be there. Side and known root come from the event that started the search, never from F at a
 // small distance.
 
-static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, const method_t *method) {
+static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const method_t *method) {
   // See F as positive on the ray's side. On the surface it is zero but for rounding, which is taken off
   const realv side = search.inside ? (realv)-1 : (realv)1;
   const realv f_0 = SURFACE(f)(search.origin, shape);
@@ -30,9 +30,7 @@ static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, cons
   root.found = search.lanes & (value < (realv)0);
   root.undecided = search.lanes & not_lane(root.found) & (search.inside | (value != value));
   root.t = root.undecided ? low : t;
-  if (any_lane(root.found)) {
-    const maskv divides = search.departs & (low == (realv)0);
-    root.t = SURFACE(polish)(search, shape, side, f_start, divides, low, t, (realv)method->tolerance, root.found);
-  }
+  root.low = low;
+  root.high = t;
   return root;
 }

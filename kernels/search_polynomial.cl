@@ -1,6 +1,6 @@
 // search_polynomial.cl: the first root of a polynomial along the ray: guess it, prove it, and where that fails walk.
 //
-// provides  SURFACE(first_root)()
+// provides  SURFACE(isolate)()
 // needs     prelude, functions, search, polynomial_ray, polynomial_bounds, polynomial_walk, of
 //           degree 3 or more
 //
@@ -58,13 +58,15 @@ static inline void SURFACE(guess)(const realv a[SURFACE(DEGREE) + 1], realv nois
 
     const maskv proved = tries & isolated & exact & (least > noise);
     root->t = proved ? t - f * inverse_slope : root->t;
+    root->low = proved ? t - d : root->low;
+    root->high = proved ? t + d : root->high;
     root->found = root->found | proved;
     tries = tries & not_lane(proved);
   }
   *open = *open & not_lane(root->found);
 }
 
-static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, const method_t *method) {
+static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const method_t *method) {
   realv a[SURFACE(DEGREE) + 1];
   const realv noise = SURFACE(on_ray)(&search, shape, a);
 
@@ -78,7 +80,7 @@ static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, cons
 
   root_t root;
   root.found = (maskv)0;
-  root.t = (realv)0;
+  root.t = root.low = root.high = (realv)0;
   maskv open = search.lanes;
   SURFACE(guess)(a, noise, &open, &root);
   maskv passes = search.lanes & not_lane(open | root.found);
@@ -87,5 +89,7 @@ static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, cons
   // A ray inside must come out
   root.undecided = search.lanes & not_lane(root.found) & (search.inside | not_lane(passes));
   root.t = max_v(root.t, (realv)0) * search.length;
+  root.low = max_v(root.low, (realv)0) * search.length;
+  root.high = root.high * search.length;
   return root;
 }

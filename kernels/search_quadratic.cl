@@ -1,6 +1,6 @@
 // search_quadratic.cl: the first root of a quadric along the ray, in closed form.
 //
-// provides  SURFACE(first_root)()        needs  prelude, functions, search, polynomial_ray, of degree 2
+// provides  SURFACE(isolate)()        needs  prelude, functions, search, polynomial_ray, of degree 2
 //
 // f(t) = a0 + a1 t + a2 t^2, positive before the first root. With s = -a1 and m = -2 a2 that is where the larger of
 // 2 a0 / (s + sqrt(s^2 + 2 a0 m)) and (sqrt(s^2 + 2 a0 m) - s) / m does not cancel. With t in
@@ -8,7 +8,7 @@
 // uncertain by noise times the largest of 2 |a1|, 4 |a0| and 4 |a2|, and a little for terms of second order: what lies
 // within is a touch or none, undecided.
 
-static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, const method_t *method) {
+static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const method_t *method) {
   realv a[3];
   const realv noise = SURFACE(on_ray)(&search, shape, a);
   const realv f = max_v(a[0], (realv)0);
@@ -39,6 +39,6 @@ static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, cons
   root.found = search.lanes & starts & crosses & ahead & not_lane(never);
   const maskv passes = starts & (never | (crosses & not_lane(ahead)));
   root.undecided = search.lanes & not_lane(root.found) & (search.inside | not_lane(passes));
-  root.t = root.found ? t : (realv)0;
+  root.t = root.low = root.high = root.found ? t : (realv)0;
   return root;
 }

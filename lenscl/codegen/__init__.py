@@ -6,8 +6,8 @@ reads. Structure is compiled, numbers are arguments: `specialise` alone draws th
 
 from __future__ import annotations
 
-from lenscl.codegen.assemble import VOCABULARY, kernel_source
-from lenscl.codegen.fragments import fragment, head
+from lenscl.codegen.assemble import kernel_source
+from lenscl.codegen.fragments import VOCABULARY, fragment, head
 from lenscl.codegen.layout import EMPTY, Layout, Slot
 from lenscl.codegen.source import KernelSource
 from lenscl.codegen.specialise import Structure

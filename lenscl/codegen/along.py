@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 from lenscl.codegen.text import Precision, function, shape_symbols
-from lenscl.expr import degree, magnitude, number, polynomial, symbol
+from lenscl.expr import magnitude, number, polynomial, symbol
 from lenscl.lenses import Surface
 
 _AXES = "xyz"
 _RAY = {f"{part}{axis}": f"{part}.{axis}" for part in "od" for axis in _AXES}
-_LEAST_DEGREE = 2  # the searches want a curvature
 _HORNER = 4  # roundings a degree that recentring adds, twice over to cover terms of second order
-
-
-def degree_along(surface: Surface) -> int | None:
-    """Return the degree in which a surface is searched as a polynomial, or None where it is none."""
-    form = surface.polynomial_form
-    found = None if form is None else degree(form, _AXES)
-    return None if found is None else max(found, _LEAST_DEGREE)
 
 
 def along_functions(prefix: str, surface: Surface, precision: Precision) -> str:
     """Return the coefficients of F along a ray, a bound on F's terms, and the degree, as search_polynomial.cl asks."""
-    form, top = surface.polynomial_form, degree_along(surface)
-    assert form is not None and top is not None, "the method is chosen for polynomials only"
+    form, top = surface.polynomial_form, surface.degree
+    assert form is not None, "the method is chosen for polynomials only"
+    assert top is not None
     coefficients = polynomial(form, {axis: (symbol(f"o{axis}"), symbol(f"d{axis}")) for axis in _AXES})
     assert coefficients is not None
     padded = (*coefficients, *[number(0.0)] * (top + 1 - len(coefficients)))
@@ -32,7 +25,7 @@ def along_functions(prefix: str, surface: Surface, precision: Precision) -> str:
     return "\n".join(
         (
             f"#define {prefix}_DEGREE {top}",
-            f"#define {prefix}_ROUNDINGS {2 * roundings + _HORNER * top}",
+            f"#define {prefix}_ROUNDINGS ({2 * roundings + _HORNER * top} + INPUT_ROUNDINGS * {2 * top})",
             function(
                 f"void {prefix}_along(real3v o, real3v d, {prefix}_t shape, realv c[{top + 1}])",
                 dict(zip(names, padded, strict=True)),

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lenscl.codegen.along import degree_along
-from lenscl.codegen.fragments import head, located
+from lenscl.codegen.fragments import VOCABULARY, generated, head, located
+from lenscl.codegen.searches import searches
 from lenscl.codegen.source import KernelSource
 from lenscl.codegen.specialise import Structure, layout
-from lenscl.codegen.surfaces import surface_functions
 from lenscl.status import RayStatus
-
-
-VOCABULARY = ("prelude.cl", "functions.cl", "memory.cl")  # the fragments that all others are written in
 
 
 def kernel_source(structure: Structure) -> KernelSource:
@@ -23,21 +19,19 @@ def kernel_source(structure: Structure) -> KernelSource:
         head(structure.precision, structure.width) + f"#define RUN {structure.run}\n",
         "".join(f"#define RAY_{status.name} {status.value}\n" for status in RayStatus),
         *(located(name) for name in VOCABULARY),
-        _generated("the numbers of a scene, which a sweep may change without a new kernel"),
+        generated("the numbers of a scene, which a sweep may change without a new kernel"),
         numbers.declare(),
         located("ray.cl"),
         *([] if structure.rays == "given" else [located("film.cl")]),
         located(f"rays_{structure.rays}.cl"),
         located("placement.cl"),
-        located("search.cl"),
-        *(located(name) for name in dict.fromkeys(name for method in structure.methods for name in method.words)),
-        *(piece for prefix in structure.surfaces() for piece in _searched_surface(structure, prefix)),
+        *searches(structure),
         *(piece for number in range(len(structure.lenses)) for piece in _lens(structure, number)),
         located(f"snell_{structure.snell}.cl"),
         located("screen.cl"),
         located(f"ends_{structure.ends}.cl"),
         *(located(f"effects/{effect.name}.cl") for effect in structure.effects),
-        _generated("what this scene consists of"),
+        generated("what this scene consists of"),
         "\n".join(_calls(structure)),
         located("trace.cl"),
     ]
@@ -54,21 +48,6 @@ def _banner(structure: Structure) -> str:
         f"// snell    {structure.snell}\n// effects  {effects}\n"
         f"// numbers  {structure.precision}, {structure.width} to a packet\n"
     )
-
-
-def _generated(what: str) -> str:
-    return f'#line 1 "generated"\n// {what}\n'
-
-
-def _searched_surface(structure: Structure, prefix: str) -> Iterator[str]:
-    yield _generated("a surface, from its expression")
-    method = structure.method(prefix)
-    surface = structure.surfaces()[prefix]
-    yield surface_functions(prefix, surface, method.writes, structure.precision)
-    yield f"#define SURFACE(name) {prefix}_##name\n"
-    for name in method.fragments_for(degree_along(surface)):
-        yield located(name)
-    yield "#undef SURFACE\n"
 
 
 def _lens(structure: Structure, number: int) -> Iterator[str]:

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from pathlib import Path
 from typing import Literal
 
 from lenscl.errors import LensclError
 
+Precision = Literal["single", "double", "mixed"]
+
 _PACKAGE = Path(__file__).resolve().parent.parent
 _HOMES = (_PACKAGE / "kernels", _PACKAGE.parent / "kernels")
+_DEFINED = re.compile(r"#define (\w+)")
 _REALS = {
     "single": ("float", "int", "FLT", "x##f"),
     "double": ("double", "long", "DBL", "x"),
 }
+
+
+VOCABULARY = ("prelude.cl", "functions.cl", "memory.cl")  # the fragments that all others are written in
 
 
 @cache
@@ -37,11 +44,32 @@ def located(name: str) -> str:
     return f'#line 1 "{name}"\n{fragment(name)}'
 
 
-def head(precision: Literal["single", "double"], width: int) -> str:
+def generated(what: str) -> str:
+    """Return the mark and comment that open a generated part."""
+    return f'#line 1 "generated"\n// {what}\n'
+
+
+def head(precision: Precision, width: int) -> str:
     """Return the definitions that kernels/prelude.cl expects: the precision and the lanes of a packet."""
+    return _head("double" if precision == "mixed" else precision, width, inputs_rounded=False)
+
+
+def head_again(precision: Literal["single", "double"], width: int, *, inputs_rounded: bool) -> str:
+    """Return those definitions for what follows in a kernel that has a head already.
+
+    Parameters
+    ----------
+    inputs_rounded : bool
+        Whether the rays that are searched are rounded to this precision.
+    """
+    text = _head(precision, width, inputs_rounded=inputs_rounded)
+    return "".join(f"#undef {name}\n" for name in _DEFINED.findall(text)) + text
+
+
+def _head(precision: Literal["single", "double"], width: int, *, inputs_rounded: bool) -> str:
     real, mask, limits, literal = _REALS[precision]
     return (
         f"#define REAL {real}\n#define MASK {mask}\n#define VW {width}\n"
         f"#define REAL_MAX {limits}_MAX\n#define REAL_TINY {limits}_MIN\n#define REAL_EPSILON {limits}_EPSILON\n"
-        f"#define NUMBER(x) {literal}\n"
+        f"#define NUMBER(x) {literal}\n#define INPUT_ROUNDINGS {int(inputs_rounded)}\n"
     )

@@ -26,7 +26,7 @@ class Structure:
     ends: Literal["map", "legs"]  # what is kept of a ray: its place alone, or its last leg, too
     snell: Literal["exact", "paraxial"]
     effects: tuple[Variant, ...]
-    precision: Literal["single", "double"]
+    precision: Literal["single", "double", "mixed"]  # mixed: rays in double, searched in single
     width: int  # lanes of a packet
     run: int  # packets that one work-item carries, one after the other
 
@@ -50,6 +50,16 @@ class Structure:
         """Return the method that searches a surface, by its C prefix."""
         return next(method for lens, method in enumerate(self.methods) if self.prefix(lens) == prefix)
 
+    @property
+    def carried(self) -> Literal["single", "double"]:
+        """The precision that rays are carried in."""
+        return "single" if self.precision == "single" else "double"
+
+    def is_mixed(self, prefix: str) -> bool:
+        """Return whether a surface is searched in single precision before it is polished in double."""
+        closed_forms = self.method(prefix).closed_forms
+        return self.precision == "mixed" and self.surfaces()[prefix].degree not in closed_forms
+
     def _first_alike(self, lens: int) -> int:
         """Return the first lens with the same surface and method."""
         forms = [(surface.key, method.name) for surface, method in zip(self.lenses, self.methods, strict=True)]
@@ -62,14 +72,12 @@ class Structure:
 
 def layout(structure: Structure) -> Layout:
     """Return the numbers that a structure's kernel takes as arguments."""
-    shapes = {prefix: Struct(f"{prefix}_t", _shape(surface)) for prefix, surface in structure.surfaces().items()}
+    shapes = {prefix: shape_struct(surface, f"{prefix}_t") for prefix, surface in structure.surfaces().items()}
     members = [
         Member("film", _FILM),
         Member("source", _SOURCES[structure.rays]),
         Member("picture", _PICTURE),
-        Member(
-            "method", Struct("method_t", tuple(Slot(key, 1, "scene units") for key in structure.reads()) or (EMPTY,))
-        ),
+        Member("method", method_struct(structure)),
         Member("n_medium", comment="index around the lenses"),
     ]
     for number in range(len(structure.lenses)):
@@ -86,10 +94,16 @@ def parameter_spelling(surface: Surface) -> dict[str, str]:
     return {parameter.name: stem + parameter.name for parameter in surface.parameters}
 
 
-def _shape(surface: Surface) -> tuple[Slot, ...]:
+def method_struct(structure: Structure) -> Struct:
+    """Return what the methods read of [numerics]."""
+    return Struct("method_t", tuple(Slot(key, 1, "scene units") for key in structure.reads()) or (EMPTY,))
+
+
+def shape_struct(surface: Surface, c_name: str) -> Struct:
+    """Return a surface's parameters as a C structure of that name."""
     spelling = parameter_spelling(surface)
     slots = tuple(Slot(spelling[parameter.name], 1, parameter.meaning) for parameter in surface.parameters)
-    return slots or (EMPTY,)
+    return Struct(c_name, slots or (EMPTY,))
 
 
 def _free_name(name: str, taken: dict[str, Surface]) -> str:

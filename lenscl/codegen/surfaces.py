@@ -15,7 +15,7 @@ _COORDINATES = {"x": "p.x", "y": "p.y", "z": "p.z"}
 
 
 def surface_functions(prefix: str, surface: Surface, wanted: Iterable[str], precision: Precision) -> str:
-    """Return what kernels/search.cl says of a surface: its gradient, and what its method calls besides.
+    """Return functions of a surface as kernels/search.cl lists them.
 
     Parameters
     ----------
@@ -24,13 +24,12 @@ def surface_functions(prefix: str, surface: Surface, wanted: Iterable[str], prec
     surface : Surface
         What to write.
     wanted : iterable of str
-        Names of the functions that the method calls.
+        Their names there.
     precision : str
         How numbers are spelled.
     """
-    functions = (WRITERS[name](prefix, surface, precision) for name in dict.fromkeys((*wanted, "gradient")))
-    described = f"// {prefix}: {_described(surface)}; negative inside"
-    return "\n".join((described, f"#define {prefix}_CONVEX {int(surface.is_convex)}", *functions))
+    functions = (WRITERS[name](prefix, surface, precision) for name in dict.fromkeys(wanted))
+    return "\n".join((f"// {prefix}: {_described(surface)}; negative inside", *functions))
 
 
 def _value(prefix: str, surface: Surface, precision: Precision) -> str:

@@ -151,7 +151,7 @@ class Numerics:
     """How accurately to compute; lengths in scene units, `tolerance` None for the precision's own default."""
 
     method: str
-    precision: Literal["single", "double"]
+    precision: Literal["single", "double", "mixed"]
     snell: Literal["exact", "paraxial"]
     step: float
     tolerance: float | None

@@ -16,8 +16,7 @@ from lenscl.effects import EFFECTS
 from lenscl.materials import material
 from lenscl.methods import METHODS
 
-PLANNED_METHODS = ("guarded", "polynomial", "interval")
-PLANNED_PRECISIONS = ("mixed",)
+PLANNED_METHODS = ("guarded",)
 # Effects of the study format that this version may lack, with the values that ask for nothing
 PLANNED_EFFECTS: dict[str, tuple[object, ...]] = {
     "fresnel": (False,),
@@ -115,8 +114,8 @@ class NumericsTable(Table):
     method: Annotated[str, *_words("auto", *METHODS, planned=PLANNED_METHODS)] = Field(
         "auto", description="How the next surface is found."
     )
-    precision: Annotated[str, *_words("single", "double", planned=PLANNED_PRECISIONS)] = Field(
-        "double", description="Floating point numbers used."
+    precision: Annotated[str, *_words("single", "double", "mixed")] = Field(
+        "double", description="Floating point numbers used; mixed: found in single, polished and bent in double."
     )
     snell: Annotated[str, *_words("exact", "paraxial")] = Field("exact", description="The law of refraction.")
     step: Factor = Field(0.01, description="Distance between samples of the march, in scene units.")

@@ -104,7 +104,7 @@ def _describe(platform: Any, handle: Any) -> Device:
 
 
 def _widths(kind: str, handle: Any) -> tuple[int, int]:
-    """Return the lanes of a packet in (single, double): about the register's on a CPU, one ray a work-item elsewhere."""
+    """Return the lanes of a packet in (single, double): a CPU's registers, one ray a work-item elsewhere."""
     if kind != "cpu":
         return 1, 1
     single, double = handle.native_vector_width_float, handle.native_vector_width_double

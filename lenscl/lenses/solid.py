@@ -108,6 +108,13 @@ class Surface:
         found = degree(self.expression, "xyz")
         return self.expression if found is not None and found <= _MOST_DEGREE else self.polynomial
 
+    @property
+    def degree(self) -> int | None:
+        """The degree in which F is searched as a polynomial, 2 at least; None where it is not."""
+        form = self.polynomial_form
+        found = None if form is None else degree(form, "xyz")
+        return None if found is None else max(found, 2)
+
     def box(self, values: Values) -> Box:
         """Return the smallest box that holds F <= 0, for these parameter values, in local coordinates.
 

@@ -16,6 +16,7 @@ class Method:
     guarantee: str  # what it promises, in a sentence for users
     writes: tuple[str, ...]  # the functions of a surface that it calls, as codegen names them
     reads: tuple[str, ...] = ()  # the keys of [numerics] it reads
+    is_polished: bool = False  # what it isolates needs Newton's last steps
     is_guaranteed: bool = False  # it misses no crossing, and says where it cannot tell
     wants_polynomial: bool = False  # it serves surfaces of which a polynomial of F's sign is known
     words: tuple[str, ...] = ()  # files of kernels/ that its surfaces' functions are written in, once a kernel
@@ -29,9 +30,10 @@ class Method:
 _ROWS = (
     Method(
         name="march",
-        fragments=("newton.cl", "search_march.cl"),
+        fragments=("search_march.cl",),
+        is_polished=True,
         guarantee="finds every crossing but pairs of crossings less than one step apart",
-        writes=("f", "f_gradient"),
+        writes=("f",),
         reads=("step", "tolerance"),
     ),
     Method(
@@ -45,9 +47,10 @@ _ROWS = (
     ),
     Method(
         name="interval",
-        fragments=("newton.cl", "search_interval.cl"),
+        fragments=("search_interval.cl",),
+        is_polished=True,
         guarantee="finds every crossing, by proof; a ray whose proof rounding forbids is undecided",
-        writes=("f_gradient", "band", "slope_band"),
+        writes=("band", "slope_band"),
         words=("interval.cl", "interval_arithmetic.cl", "interval_powers.cl", "interval_functions.cl"),
         is_guaranteed=True,
     ),

@@ -154,7 +154,7 @@ class _Job:
 
     def __init__(self, scene: Scene, source: KernelSource, chosen: Device) -> None:
         self.scene, self.source, self.device = scene, source, chosen
-        self.dtype = _REALS[scene.numerics.precision]
+        self.dtype = _REALS[source.structure.carried]
         self._seconds, self._escalated = 0.0, 0
         self._program = chosen.build(source.text)
         self._numbers = chosen.upload(source.layout.pack(scene_numbers(scene, source), self.dtype))
@@ -205,9 +205,9 @@ class _Job:
             self.device.download(self._buffers[name], ends[name][first : first + count])
 
     def decide(self, ends: dict[str, NDArray[Any]], rays_of: Callable[[NDArray[np.intp]], tuple[Any, Any]]) -> None:
-        """Trace again in double precision the rays that single precision left undecided, where the device can."""
+        """Trace again in double precision the rays that a search in single left undecided, where the device can."""
         undecided = np.flatnonzero(ends["status"] == RayStatus.UNDECIDED)
-        if self.scene.numerics.precision != "single" or not self.device.has_double or not undecided.size:
+        if self.scene.numerics.precision == "double" or not self.device.has_double or not undecided.size:
             return
         again = trace_rays(self.scene, *rays_of(undecided), precision="double", device=self.device)
         for name, array in ends.items():
@@ -236,7 +236,7 @@ def _chosen(wanted: Device | str | None) -> Device:
 
 def _structure(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structure:
     numerics = scene.numerics
-    if numerics.precision == "double" and not chosen.has_double:
+    if numerics.precision != "single" and not chosen.has_double:
         raise TraceError(
             f"numerics.precision: {chosen.label} has no double precision; "
             'set precision = "single", or choose another of `lenscl devices` by LENSCL_DEVICE'
@@ -249,7 +249,7 @@ def _structure(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structure:
         snell=numerics.snell,
         effects=effects.wanted({key: getattr(scene.effects, key) for key in effects.EFFECTS}),
         precision=numerics.precision,
-        width=chosen.width(numerics.precision),
+        width=chosen.width("single" if numerics.precision == "single" else "double"),
         run=chosen.run,
     )
 

@@ -14,7 +14,8 @@ from lenscl.lenses import Vec3
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.start import locate
 
-_TOLERANCE = {"single": 1e-6, "double": 1e-13}  # scene units; where a polished root of `march` stops moving
+# Scene units; where a polished root of `march` stops moving
+_TOLERANCE = {"single": 1e-6, "double": 1e-13, "mixed": 1e-13}
 
 
 def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]:

@@ -198,11 +198,6 @@ RULES = [
     ("n = 1.5", "n = 1.5\n[numerics]\nmax_events = 256", "numerics.max_events: must lie from 1 to 255, got 256"),
     (
         "n = 1.5",
-        "n = 1.5\n[numerics]\nprecision = 'mixed'",
-        'numerics.precision: "mixed" is not available in this version; choose "single" or "double"',
-    ),
-    (
-        "n = 1.5",
         "n = 1.5\n[numerics]\naccuracy = '0.05 px'",
         "numerics.accuracy: is not available in this version; set numerics.method and numerics.precision",
     ),

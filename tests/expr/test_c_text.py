@@ -18,7 +18,7 @@ KERNELS = Path(__file__).parents[2] / "kernels"
 VOCABULARY = "".join((KERNELS / name).read_text() for name in ("prelude.cl", "functions.cl", "memory.cl"))
 POINTS = 1024
 COORDINATES = {name: f"p.{name}" for name in "xyz"}
-BUILDS = [("single", 1), ("single", 4), ("single", 8), ("single", 16), ("double", 1), ("double", 4), ("double", 8), ("double", 16)]
+BUILDS = [(precision, width) for precision in ("single", "double") for width in (1, 4, 8, 16)]
 
 
 @pytest.fixture(scope="session")

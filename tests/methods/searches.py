@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from probe import Probe
 
 from lenscl.codegen import fragment
-from lenscl.codegen.along import degree_along
 from lenscl.codegen.specialise import parameter_spelling
 from lenscl.codegen.surfaces import surface_functions
 from lenscl.lenses import Surface
@@ -46,14 +45,17 @@ class Search:
         spelling = parameter_spelling(surface)
         shape = "".join(f"  real {spelled};\n" for spelled in spelling.values()) or "  real none;\n"
         sets = "".join(f"  shape.{c_name} = (real){values[name]!r};\n" for name, c_name in spelling.items())
+        last = ("newton.cl", "root_polished.cl") if row.is_polished else ("root_isolated.cl",)
         before = "\n".join(
             [
                 "typedef struct { real none; } method_t;",
                 *(fragment(name) for name in ("search.cl", *row.words)),
                 f"typedef struct {{\n{shape}}} s_t;",
-                surface_functions("s", surface, row.writes, precision),  # type: ignore[arg-type]
+                surface_functions("s", surface, (*row.writes, "gradient", "f_gradient"), precision),  # type: ignore[arg-type]
                 "#define SURFACE(name) s_##name",
-                *(fragment(name) for name in row.fragments_for(degree_along(surface))),
+                *(fragment(name) for name in row.fragments_for(surface.degree)),
+                "#define s_TOLERANCE (realv)0",
+                *(fragment(name) for name in last),
             ]
         )
         body = f"""

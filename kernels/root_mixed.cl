@@ -1,0 +1,27 @@
+// root_mixed.cl: isolate the first root in single precision, polish it in double.
+//
+// provides  SURFACE(first_root)()
+// needs     prelude, search and SURFACE(isolate) in single; mixed, newton; single_method(), SURFACE(single_shape)()
+//
+// The ray is rounded on its way to single: its six numbers and its length by half an ulp each. The methods count that
+// among their roundings (INPUT_ROUNDINGS), so what they prove holds for the ray as it is.
+static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, const method_t *method) {
+  single_search_t rounded;
+  rounded.origin = single_vector(search.origin);
+  rounded.direction = single_vector(search.direction);
+  rounded.length = to_single(search.length);
+  rounded.inside = single_lanes(search.inside);
+  rounded.departs = single_lanes(search.departs);
+  rounded.lanes = single_lanes(search.lanes);
+  const single_method_t rounded_method = single_method(method);
+  const single_root_t isolated = SURFACE(single_isolate)(rounded, SURFACE(single_shape)(shape), &rounded_method);
+
+  root_t root;
+  root.t = to_double(isolated.t);
+  root.low = to_double(isolated.low);
+  root.high = to_double(isolated.high);
+  root.found = double_lanes(isolated.found);
+  root.undecided = double_lanes(isolated.undecided);
+  if (any_lane(root.found)) root.t = root.found ? SURFACE(polish)(search, shape, root, SURFACE(TOLERANCE)) : root.t;
+  return root;
+}

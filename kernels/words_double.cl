@@ -1,0 +1,26 @@
+// words_double.cl: from here on the vocabulary's words are those of double precision again.
+//
+// provides  the end of words_single.cl        needs  a head in double precision behind it
+
+#undef real
+#undef realv
+#undef maskv
+#undef bitsv
+#undef ubytev
+#undef real3v
+#undef any_lane
+#undef not_lane
+#undef dot3
+#undef unit3
+#undef at3
+#undef pick3
+#undef broadcast3
+#undef abs_v
+#undef min_v
+#undef max_v
+#undef pow_v
+#undef cbrt_v
+#undef down_scale
+#undef search_t
+#undef root_t
+#undef method_t

@@ -1,0 +1,89 @@
+"""Write how the surfaces of a kernel are searched.
+
+With mixed precision the vocabulary stands twice in a kernel: the searches are compiled in words of single precision
+between words_single.cl and words_double.cl, all else in double. A closed form has nothing that single could do first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Literal
+
+from lenscl.codegen.fragments import VOCABULARY, generated, head_again, located
+from lenscl.codegen.layout import Struct
+from lenscl.codegen.specialise import Structure, method_struct, shape_struct
+from lenscl.codegen.surfaces import surface_functions
+
+
+def searches(structure: Structure) -> Iterator[str]:
+    """Yield how each surface is searched: for every distinct one, SURFACE(first_root)() and what it needs."""
+    mixed = [prefix for prefix in structure.surfaces() if structure.is_mixed(prefix)]
+    whole = [prefix for prefix in structure.surfaces() if not structure.is_mixed(prefix)]
+    if mixed:
+        yield from _in_single(structure, mixed)
+    else:
+        yield located("search.cl")
+    yield from _words(structure, whole)
+    for prefix in structure.surfaces():
+        yield from _searched_surface(structure, prefix)
+
+
+def _in_single(structure: Structure, prefixes: Sequence[str]) -> Iterator[str]:
+    """Yield the searches in single precision of a kernel whose rays are double."""
+    yield located("search.cl")
+    yield located("words_single.cl")
+    yield head_again("single", structure.width, inputs_rounded=True)
+    yield from (located(name) for name in (*VOCABULARY[:2], "search.cl"))
+    yield generated("the numbers of a scene that the searches read")
+    yield method_struct(structure).declare()
+    yield from (shape_struct(structure.surfaces()[prefix], f"{prefix}_single_t").declare() for prefix in prefixes)
+    yield from _words(structure, prefixes)
+    for prefix in prefixes:
+        yield generated("a surface, from its expression")
+        yield from _isolated_surface(structure, prefix, f"{prefix}_single", "single")
+    yield located("words_double.cl")
+    yield head_again("double", structure.width, inputs_rounded=False)
+    yield located("mixed.cl")
+    yield _rounded("single_method(const method_t *given)", "single_method_t", method_struct(structure), "given->")
+    for prefix in prefixes:
+        struct = shape_struct(structure.surfaces()[prefix], f"{prefix}_single_t")
+        yield _rounded(f"{prefix}_single_shape({prefix}_t given)", struct.c_name, struct, "given.")
+
+
+def _words(structure: Structure, prefixes: Sequence[str]) -> Iterator[str]:
+    methods = [structure.method(prefix) for prefix in prefixes]
+    yield from (located(name) for name in dict.fromkeys(name for method in methods for name in method.words))
+
+
+def _isolated_surface(
+    structure: Structure, prefix: str, name: str, precision: Literal["single", "double"]
+) -> Iterator[str]:
+    surface, method = structure.surfaces()[prefix], structure.method(prefix)
+    yield surface_functions(name, surface, method.writes, precision)
+    yield f"#define SURFACE(name) {name}_##name\n"
+    yield from (located(fragment) for fragment in method.fragments_for(surface.degree))
+    yield "#undef SURFACE\n"
+
+
+def _searched_surface(structure: Structure, prefix: str) -> Iterator[str]:
+    surface, method = structure.surfaces()[prefix], structure.method(prefix)
+    is_mixed = structure.is_mixed(prefix)
+    polishes = method.is_polished or is_mixed
+    yield generated("a surface, from its expression")
+    if not is_mixed:
+        yield from _isolated_surface(structure, prefix, prefix, structure.carried)
+    rest = ("gradient", "f_gradient") if polishes else ("gradient",)
+    yield surface_functions(prefix, surface, rest, structure.carried)
+    yield f"#define {prefix}_CONVEX {int(surface.is_convex)}\n#define SURFACE(name) {prefix}_##name\n"
+    if polishes:
+        tolerance = "(realv)method->tolerance" if "tolerance" in method.reads else "(realv)0"
+        yield f"#define {prefix}_TOLERANCE {tolerance}\n"
+        yield located("newton.cl")
+    yield located("root_mixed.cl" if is_mixed else "root_polished.cl" if polishes else "root_isolated.cl")
+    yield "#undef SURFACE\n"
+
+
+def _rounded(signature: str, c_name: str, struct: Struct, given: str) -> str:
+    """Return a function that rounds a structure of numbers to single precision."""
+    fields = ", ".join(f"(float){given}{slot.name}" for slot in struct.slots)
+    return f"static inline {c_name} {signature} {{\n  const {c_name} rounded = {{{fields}}};\n  return rounded;\n}}\n"
