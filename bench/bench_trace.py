@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from peak import multiply_add_peak
 
 from lenscl import RayStatus, load_study, trace
+from lenscl.accuracy import multiply_add_peak
 from lenscl.device import choose
 
 SCENES = sorted((Path(__file__).parent.parent / "configs" / "bench").glob("*.toml"))

@@ -58,6 +58,11 @@ class Device:
         """The name by which a user can ask for it."""
         return f"{self.platform}: {self.name}"
 
+    @property
+    def units(self) -> int:
+        """Its compute units: cores of a CPU, multiprocessors of a GPU."""
+        return int(self.handle.max_compute_units)
+
     def width(self, precision: Precision) -> int:
         """Return the lanes of a packet."""
         return self.widths[0] if precision == "single" else self.widths[1]

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 
-from lenscl.device import Device
+from lenscl.device import Device, Precision
 
 _CHAINS = 12  # independent sums in flight: more than latency times ports of today's processors
 _ROUNDS = 20_000
-_ITEMS = 256
+# Work-items for every compute unit: a few groups for each core of a CPU, as many as a multiprocessor of a GPU holds
+_ITEMS_A_UNIT = {"cpu": 128, "gpu": 2048}
+_LEAST_ITEMS = 256
 _KERNEL = """
 kernel void peak(global REAL *numbers, const int rounds) {
   const REAL start = numbers[get_global_id(0)];
@@ -25,7 +25,7 @@ kernel void peak(global REAL *numbers, const int rounds) {
 """
 
 
-def multiply_add_peak(device: Device, precision: Literal["single", "double"], tries: int = 5) -> float:
+def multiply_add_peak(device: Device, precision: Precision, tries: int = 5) -> float:
     """Return the most flop/s seen in a few tries; a multiply-add counts two."""
     width = device.width(precision)
     real, dtype = ("float", np.float32) if precision == "single" else ("double", np.float64)
@@ -40,6 +40,7 @@ def multiply_add_peak(device: Device, precision: Literal["single", "double"], tr
         "TOTAL": total,
     }
     text = "".join(f"#define {name} {value}\n" for name, value in head.items()) + _KERNEL
-    program, numbers = device.build(text, kind="peak"), device.upload(np.full(_ITEMS, 0.5, dtype))
-    seconds = min(program.run("peak", _ITEMS, [numbers, np.int32(_ROUNDS)]) for _ in range(tries))
-    return 2.0 * _ITEMS * _ROUNDS * _CHAINS * width / seconds
+    items = max(_LEAST_ITEMS, device.units * _ITEMS_A_UNIT.get(device.kind, _ITEMS_A_UNIT["cpu"]))
+    program, numbers = device.build(text, kind="peak"), device.upload(np.full(items, 0.5, dtype))
+    seconds = min(program.run("peak", items, [numbers, np.int32(_ROUNDS)]) for _ in range(tries))
+    return 2.0 * items * _ROUNDS * _CHAINS * width / seconds
