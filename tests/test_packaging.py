@@ -33,6 +33,9 @@ def test_the_wheel_carries_every_kernel_and_nothing_of_the_tests(wheel: Path) ->
     assert {name.removeprefix("lenscl/kernels/") for name in names if name.endswith(".cl")} == kernels
     assert not any(name.startswith(("tests", "configs", "bench")) for name in names)
     assert "lenscl/py.typed" in names
+    scenes = {path.name for path in (CHECKOUT / "configs" / "bench").glob("*.toml")}
+    assert len(scenes) == 8
+    assert {Path(name).name for name in names if name.startswith("lenscl/configs/")} == scenes
 
 
 def test_the_wheel_installs_into_a_fresh_environment_and_renders(wheel: Path, tmp_path: Path) -> None:
@@ -57,3 +60,6 @@ def test_the_wheel_installs_into_a_fresh_environment_and_renders(wheel: Path, tm
         assert done.returncode == 0, done.stderr
     assert (tmp_path / "seen.png").stat().st_size > 1000
     assert str(environment) in said(python, "import lenscl; print(lenscl.__file__)", tmp_path)
+    found = said(python, "from lenscl.accuracy import scene_files; print(*scene_files().values())", tmp_path).split()
+    assert len(found) == 8
+    assert all(path.startswith(str(environment)) for path in found)
