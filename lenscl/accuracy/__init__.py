@@ -1,23 +1,27 @@
 """Time and error of a trace, side by side: neither is worth anything without the other.
 
-Input: rows, each a scene with a method and a precision. Output: `Measurement`s. Times are the device's own, each next to
-the `FrozenKernel` run just before and after, and to the device's `multiply_add_peak`; errors are against the float64
-twin (`Expected`).
+Input: rows, each a scene with a method and a precision. Output: a `Run` of `Measurement`s, which a `Store` keeps as
+JSON and `compare` holds against another. Times are the device's own, each next to the `FrozenKernel` run just before
+and after, and to the device's `multiply_add_peak`; errors are against the float64 twin (`Expected`).
 """
 
 from __future__ import annotations
 
+from lenscl.accuracy.compare import Change, Comparison, compare
 from lenscl.accuracy.error import Expected
 from lenscl.accuracy.frozen import FrozenKernel
 from lenscl.accuracy.measurement import Circumstances, Error, Measurement, Quantiles, Run
 from lenscl.accuracy.peak import multiply_add_peak
 from lenscl.accuracy.scenes import Row, plan, scene_files
+from lenscl.accuracy.store import Store
 from lenscl.accuracy.timing import ROUNDS, Bench, Timing
 
 __all__ = [
     "ROUNDS",
     "Bench",
+    "Change",
     "Circumstances",
+    "Comparison",
     "Error",
     "Expected",
     "FrozenKernel",
@@ -25,7 +29,9 @@ __all__ = [
     "Quantiles",
     "Row",
     "Run",
+    "Store",
     "Timing",
+    "compare",
     "multiply_add_peak",
     "plan",
     "scene_files",
