@@ -14,6 +14,7 @@ from contextlib import suppress
 
 import click
 
+from lenscl.cli.bench import bench
 from lenscl.cli.group import Group
 from lenscl.cli.look import check, kernel, schema
 from lenscl.cli.machine import devices, doctor, lenses
@@ -60,5 +61,5 @@ def main() -> None:
     """
 
 
-for _command in (new, check, render, sweep, export, map_, kernel, lenses, devices, doctor, schema):
+for _command in (new, check, render, sweep, export, map_, kernel, bench, lenses, devices, doctor, schema):
     main.add_command(_command)
