@@ -15,6 +15,15 @@ from lenscl.codegen.specialise import Structure, method_struct, shape_struct
 from lenscl.codegen.surfaces import surface_functions
 
 
+# The fragments that make SURFACE(first_root)() of SURFACE(isolate)()
+ENDINGS = {
+    "isolated": ("root_isolated.cl",),
+    "corrected": ("root_corrected.cl",),
+    "polished": ("newton.cl", "root_polished.cl"),
+    "mixed": ("newton.cl", "root_mixed.cl"),
+}
+
+
 def searches(structure: Structure) -> Iterator[str]:
     """Yield how each surface is searched: for every distinct one, SURFACE(first_root)() and what it needs."""
     mixed = [prefix for prefix in structure.surfaces() if structure.is_mixed(prefix)]
@@ -68,18 +77,16 @@ def _isolated_surface(
 def _searched_surface(structure: Structure, prefix: str) -> Iterator[str]:
     surface, method = structure.surfaces()[prefix], structure.method(prefix)
     is_mixed = structure.is_mixed(prefix)
-    polishes = method.is_polished or is_mixed
+    ending = "mixed" if is_mixed else method.ending_for(surface.degree)
     yield generated("a surface, from its expression")
     if not is_mixed:
         yield from _isolated_surface(structure, prefix, prefix, structure.carried)
-    rest = ("gradient", "f_gradient") if polishes else ("gradient",)
+    rest = ("gradient",) if ending == "isolated" else ("gradient", "f_gradient")
     yield surface_functions(prefix, surface, rest, structure.carried)
-    yield f"#define {prefix}_CONVEX {int(surface.is_convex)}\n#define SURFACE(name) {prefix}_##name\n"
-    if polishes:
-        tolerance = "(realv)method->tolerance" if "tolerance" in method.reads else "(realv)0"
-        yield f"#define {prefix}_TOLERANCE {tolerance}\n"
-        yield located("newton.cl")
-    yield located("root_mixed.cl" if is_mixed else "root_polished.cl" if polishes else "root_isolated.cl")
+    tolerance = "(realv)method->tolerance" if "tolerance" in method.reads else "(realv)0"
+    yield f"#define {prefix}_CONVEX {int(surface.is_convex)}\n#define {prefix}_TOLERANCE {tolerance}\n"
+    yield f"#define SURFACE(name) {prefix}_##name\n"
+    yield from (located(name) for name in ENDINGS[ending])
     yield "#undef SURFACE\n"
 
 

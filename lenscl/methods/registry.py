@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Literal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -16,7 +17,7 @@ class Method:
     guarantee: str  # what it promises, in a sentence for users
     writes: tuple[str, ...]  # the functions of a surface that it calls, as codegen names them
     reads: tuple[str, ...] = ()  # the keys of [numerics] it reads
-    is_polished: bool = False  # what it isolates needs Newton's last steps
+    ending: Literal["isolated", "corrected", "polished"] = "polished"  # how its roots get their last bits
     is_guaranteed: bool = False  # it misses no crossing, and says where it cannot tell
     wants_polynomial: bool = False  # it serves surfaces of which a polynomial of F's sign is known
     words: tuple[str, ...] = ()  # files of kernels/ that its surfaces' functions are written in, once a kernel
@@ -26,12 +27,15 @@ class Method:
         """Return the fragments for a surface whose polynomial has this degree, None where it has none."""
         return self.fragments if degree is None else self.closed_forms.get(degree, self.fragments)
 
+    def ending_for(self, degree: int | None) -> Literal["isolated", "corrected", "polished"]:
+        """Return how the roots of such a surface get their last bits: a closed form's have them."""
+        return "isolated" if degree in self.closed_forms else self.ending
+
 
 _ROWS = (
     Method(
         name="march",
         fragments=("search_march.cl",),
-        is_polished=True,
         guarantee="finds every crossing but pairs of crossings less than one step apart",
         writes=("f",),
         reads=("step", "tolerance"),
@@ -39,6 +43,7 @@ _ROWS = (
     Method(
         name="polynomial",
         fragments=("polynomial_ray.cl", "polynomial_bounds.cl", "polynomial_walk.cl", "search_polynomial.cl"),
+        ending="corrected",
         closed_forms={2: ("polynomial_ray.cl", "search_quadratic.cl")},
         guarantee="finds every crossing of a polynomial, by proof; a ray whose proof rounding forbids is undecided",
         writes=("along",),
@@ -48,7 +53,6 @@ _ROWS = (
     Method(
         name="interval",
         fragments=("search_interval.cl",),
-        is_polished=True,
         guarantee="finds every crossing, by proof; a ray whose proof rounding forbids is undecided",
         writes=("band", "slope_band"),
         words=("interval.cl", "interval_arithmetic.cl", "interval_powers.cl", "interval_functions.cl"),

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from probe import Probe
 
 from lenscl.codegen import fragment
+from lenscl.codegen.searches import ENDINGS
 from lenscl.codegen.specialise import parameter_spelling
 from lenscl.codegen.surfaces import surface_functions
 from lenscl.lenses import Surface
@@ -45,7 +46,6 @@ class Search:
         spelling = parameter_spelling(surface)
         shape = "".join(f"  real {spelled};\n" for spelled in spelling.values()) or "  real none;\n"
         sets = "".join(f"  shape.{c_name} = (real){values[name]!r};\n" for name, c_name in spelling.items())
-        last = ("newton.cl", "root_polished.cl") if row.is_polished else ("root_isolated.cl",)
         before = "\n".join(
             [
                 "typedef struct { real none; } method_t;",
@@ -55,7 +55,7 @@ class Search:
                 "#define SURFACE(name) s_##name",
                 *(fragment(name) for name in row.fragments_for(surface.degree)),
                 "#define s_TOLERANCE (realv)0",
-                *(fragment(name) for name in last),
+                *(fragment(name) for name in ENDINGS[row.ending_for(surface.degree)]),
             ]
         )
         body = f"""
