@@ -16,7 +16,8 @@
 //
 // source    Farouki, The Bernstein polynomial basis: a centennial retrospective, CAGD 29 (2012)
 
-#define GUESSES 2  // proofs tried before a lane walks
+#define GUESSES 4  // Halley's steps before a lane walks
+#define UNPROVED (REAL_EPSILON < NUMBER(1e-10) ? 1 : 0)  // of them, not worth a proof in this precision
 
 // Guess and prove, for the lanes of *open; those that are settled leave it.
 static inline void SURFACE(guess)(const realv a[SURFACE(DEGREE) + 1], realv noise, maskv *open, root_t *root) {
@@ -28,36 +29,40 @@ static inline void SURFACE(guess)(const realv a[SURFACE(DEGREE) + 1], realv nois
   *open = *open & not_lane(least > noise);
   if (!any_lane(*open)) return;
 
-  realv m = (realv)0;  // |f''| on the ray is at most this
+  realv bend = (realv)0;  // |f'''| on the ray is at most this
 #pragma unroll
-  for (int i = 2; i <= SURFACE(DEGREE); ++i) m += (realv)(real)(i * (i - 1)) * abs_v(a[i]);
+  for (int i = 3; i <= SURFACE(DEGREE); ++i) bend += (realv)(real)(i * (i - 1) * (i - 2)) * abs_v(a[i]);
 
   maskv tries = *open;
-  realv t = SURFACE(polygon)(b);
+  realv t = SURFACE(polygon)(b), f, df, half_ddf;
+  SURFACE(jet)(a, t, &f, &df, &half_ddf);
   for (int i = 0; i < GUESSES && any_lane(tries); ++i) {
-    realv h = (realv)0, inverse_slope = (realv)0, f, df, half_ddf;
-#pragma unroll
-    for (int k = 0; k < 2; ++k) {
-      SURFACE(jet)(a, t, &f, &df, &half_ddf);
-      inverse_slope = df / (df * df - f * half_ddf);
-      h = f * inverse_slope;
-      t = min_v((realv)1, max_v((realv)0, t - h));  // no number becomes 0
-    }
+    // Take one of Halley's steps
+    const realv inverse = df / (df * df - f * half_ddf);
+    const realv h = f * inverse;
+    t = min_v((realv)1, max_v((realv)0, t - h));  // no number becomes 0
     SURFACE(jet)(a, t, &f, &df, &half_ddf);
+    if (i < UNPROVED) continue;
+
+    // Is the sign change between t - d and t + d the only one there, and will two of Newton's steps be exact?
     const realv s = -df;
     const realv size = abs_v(f);
-    const realv d = abs_v(h) + (realv)16 * noise * abs_v(inverse_slope);
+    const realv d = abs_v(h) + (realv)16 * noise * abs_v(inverse);
+    const realv m = (realv)2 * abs_v(half_ddf) + d * bend;
     const maskv isolated = (m * d <= (realv)NUMBER(0.5) * s) & (s * d >= (realv)4 * (size + noise + noise)) &
                            (d <= (realv)NUMBER(0.0625)) & (t + d <= (realv)1);
-    const maskv exact = (realv)3 * m * abs_v(h) * size <= noise * s;
+    const realv curved = m * abs_v(inverse);
+    const realv error = (realv)3 * curved * abs_v(h) * (size * abs_v(inverse));  // the first's, squared the second's
+    const maskv exact = curved * error * error <= noise * abs_v(inverse);
 
+    // Is there none before?
     SURFACE(bernstein)(a, max_v(t - d, (realv)0), b);
     least = b[0];
 #pragma unroll
     for (int j = 1; j <= SURFACE(DEGREE); ++j) least = min_v(least, b[j]);
 
     const maskv proved = tries & isolated & exact & (least > noise);
-    root->t = proved ? t - f * inverse_slope : root->t;
+    root->t = proved ? t - f * inverse : root->t;
     root->low = proved ? t - d : root->low;
     root->high = proved ? t + d : root->high;
     root->found = root->found | proved;
