@@ -15,17 +15,20 @@ static inline band_t band_log(band_t a, realv least) {
   return band_known((low > (realv)0) & (a.mid >= low) & (band_high(a) < (realv)REAL_MAX), bent);
 }
 
-// A wave of height 1 whose slope is known at the middle; beyond one radian it may be all of [-1, 1].
+// A wave of height 1 whose slope is known at the middle; beyond one radian it may be all of [-1, 1]. Its curvature is
+// the wave turned round, which no place of the band differs from the middle's by more than its reach.
 static inline band_t band_wave(band_t a, realv value, realv slope) {
   const realv reach = band_reach(a);
+  const realv curve_low = max_v((realv)-1, -value - reach);
+  const realv curve_high = min_v((realv)1, reach - value);
   const band_t all = {(realv)0, (realv)0, (realv)1};
   return band_known(reach < (realv)REAL_MAX,
-                    band_pick(reach > (realv)1, all, band_bent(a, value, slope, (realv)-1, (realv)1, SIN_ULP)));
+                    band_pick(reach > (realv)1, all, band_bent(a, value, slope, curve_low, curve_high, SIN_ULP)));
 }
 
-static inline band_t band_sin(band_t a) { return band_wave(a, sin(a.mid), cos(a.mid)); }
+static inline band_t band_sin(band_t a) { return band_wave(a, sin_v(a.mid), cos_v(a.mid)); }
 
-static inline band_t band_cos(band_t a) { return band_wave(a, cos(a.mid), -sin(a.mid)); }
+static inline band_t band_cos(band_t a) { return band_wave(a, cos_v(a.mid), -sin_v(a.mid)); }
 
 // Between low and high, less than 3 apart, there is a pole exactly if the tangent falls. Its curvature rises.
 static inline band_t band_tan(band_t a) {

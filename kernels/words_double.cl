@@ -24,3 +24,6 @@
 #undef search_t
 #undef root_t
 #undef method_t
+#undef quarter_wave
+#undef sin_v
+#undef cos_v

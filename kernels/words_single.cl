@@ -26,3 +26,6 @@
 #define search_t single_search_t
 #define root_t single_root_t
 #define method_t single_method_t
+#define quarter_wave single_quarter_wave
+#define sin_v single_sin_v
+#define cos_v single_cos_v

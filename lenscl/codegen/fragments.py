@@ -20,7 +20,7 @@ _REALS = {
 }
 
 
-VOCABULARY = ("prelude.cl", "functions.cl", "memory.cl")  # the fragments that all others are written in
+VOCABULARY = ("prelude.cl", "functions.cl", "waves.cl", "memory.cl")  # the fragments that all others are written in
 
 
 @cache

@@ -14,7 +14,6 @@ from lenscl.codegen.layout import Struct
 from lenscl.codegen.specialise import Structure, method_struct, shape_struct
 from lenscl.codegen.surfaces import surface_functions
 
-
 # The fragments that make SURFACE(first_root)() of SURFACE(isolate)()
 ENDINGS = {
     "isolated": ("root_isolated.cl",),
@@ -42,7 +41,7 @@ def _in_single(structure: Structure, prefixes: Sequence[str]) -> Iterator[str]:
     yield located("search.cl")
     yield located("words_single.cl")
     yield head_again("single", structure.width, inputs_rounded=True)
-    yield from (located(name) for name in (*VOCABULARY[:2], "search.cl"))
+    yield from (located(name) for name in (*VOCABULARY[:3], "search.cl"))
     yield generated("the numbers of a scene that the searches read")
     yield method_struct(structure).declare()
     yield from (shape_struct(structure.surfaces()[prefix], f"{prefix}_single_t").declare() for prefix in prefixes)

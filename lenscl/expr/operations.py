@@ -272,13 +272,13 @@ _ROWS: tuple[Operation, ...] = (
         interval=lambda iv, u: iv.rising(u, "log", ulps=4, domain=0.0),
     ),
     _function(
-        "sin", 1,
+        "sin", 1, c="sin{on_lanes}({0})",
         evaluate=lambda np, u: np.sin(u),
         derivative=lambda w, u, du: build("cos", u) * du,
         interval=lambda iv, u: iv.sine(u),
     ),
     _function(
-        "cos", 1,
+        "cos", 1, c="cos{on_lanes}({0})",
         evaluate=lambda np, u: np.cos(u),
         derivative=lambda w, u, du: -build("sin", u) * du,
         interval=lambda iv, u: iv.cosine(u),

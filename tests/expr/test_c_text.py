@@ -15,7 +15,7 @@ from lenscl.expr.graph import node, number, symbol
 from lenscl.lenses import catalogue
 
 KERNELS = Path(__file__).parents[2] / "kernels"
-VOCABULARY = "".join((KERNELS / name).read_text() for name in ("prelude.cl", "functions.cl", "memory.cl"))
+VOCABULARY = "".join((KERNELS / name).read_text() for name in ("prelude.cl", "functions.cl", "waves.cl", "memory.cl"))
 POINTS = 1024
 COORDINATES = {name: f"p.{name}" for name in "xyz"}
 BUILDS = [(precision, width) for precision in ("single", "double") for width in (1, 4, 8, 16)]
@@ -43,6 +43,7 @@ def _run(context, outputs, values, parameters, precision, width, spelled=None):
 #define VW {width}
 #define REAL_MAX {"FLT_MAX" if precision == "single" else "DBL_MAX"}
 #define REAL_TINY {"FLT_MIN" if precision == "single" else "DBL_MIN"}
+#define REAL_EPSILON {"FLT_EPSILON" if precision == "single" else "DBL_EPSILON"}
 #define NUMBER(x) x{"##f" if suffix else ""}
 #pragma OPENCL FP_CONTRACT OFF
 {VOCABULARY}

@@ -1,0 +1,44 @@
+"""The vocabulary's sine and cosine: right to two ulp, also beside their zeros, against ball arithmetic."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from flint import arb, ctx
+from probe import FORMS, REALS, Probe
+
+REACH = 1024.0
+BODY = "out_0 = sin_v(in_0); out_1 = cos_v(in_0);"
+
+
+@pytest.mark.parametrize(("precision", "width"), FORMS)
+def test_sine_and_cosine_are_right_to_two_ulp(precision: str, width: int) -> None:
+    dtype = REALS[precision]
+    rng = np.random.default_rng(0)
+    quarters = (np.arange(-650, 651) * (np.pi / 2)).astype(dtype)  # the numbers nearest to the zeros
+    beside = [np.nextafter(quarters, dtype(side)) for side in (-np.inf, np.inf)]
+    anywhere = rng.uniform(-REACH, REACH, 1500), rng.uniform(-7, 7, 1500), rng.normal(size=500) * 1e-5
+    numbers = np.concatenate([quarters, *beside, *anywhere]).astype(dtype)
+    numbers = numbers[(np.abs(numbers) <= REACH) & (numbers != 0)]
+    waves = Probe((), BODY, 1, 2, precision, width)(numbers.astype(np.float64))
+
+    before, ctx.prec = ctx.prec, 160
+    try:
+        balls = [arb(float(x)).sin_cos() for x in numbers]
+        for column in range(2):
+            exact = np.array([float(ball[column].mid()) for ball in balls])
+            rest = np.array([float((ball[column] - arb(float(e))).mid()) for ball, e in zip(balls, exact, strict=True)])
+            ulp = np.spacing(np.abs(exact).astype(dtype)).astype(np.float64)
+            assert np.max(np.abs((waves[:, column] - exact) - rest) / ulp) < 2.0
+    finally:
+        ctx.prec = before
+    assert len(numbers) > 5000
+
+
+@pytest.mark.parametrize(("precision", "width"), FORMS)
+def test_far_numbers_and_none_are_left_to_the_builtin(precision: str, width: int) -> None:
+    far = np.array([1e4, -3e4, 2.0**20, np.nan, np.inf]).astype(REALS[precision]).astype(np.float64)
+    waves = Probe((), BODY, 1, 2, precision, width)(far)
+    with np.errstate(invalid="ignore"):
+        expected = np.stack([np.sin(far), np.cos(far)], axis=1)
+    np.testing.assert_allclose(waves, expected, atol=4 * np.finfo(REALS[precision]).eps)
