@@ -29,7 +29,8 @@ bool char uchar short ushort int uint long ulong half float double quad real
 _WORDS = """
 auto break case const constant continue default do else enum extern for global goto if inline kernel local private
 PASTE PASTE_ LANES VW REAL MASK REAL_MAX NUMBER NAN INFINITY MAXFLOAT HUGE_VAL HUGE_VALF
-RUN WAVES_REACH IS_DOUBLE PART ROUNDER store_lanes load_lanes to_bytes from_bytes ubytev bitsv as_bits as_numbers to_bits to_numbers
+RUN WAVES_REACH IS_DOUBLE PART ROUNDER store_lanes load_lanes to_bytes from_bytes ubytev bitsv
+as_bits as_numbers to_bits to_numbers
 read_only read_write register restrict return signed sizeof static struct switch typedef uniform union unsigned void
 volatile while pipe complex imaginary image2d_t event_t sampler_t size_t ptrdiff_t intptr_t uintptr_t maskv mask
 any_lane true false
