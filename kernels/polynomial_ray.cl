@@ -1,6 +1,6 @@
 // polynomial_ray.cl: a polynomial surface along the ray.
 //
-// provides  SURFACE(on_ray)()
+// provides  SURFACE(on_ray)(), SURFACE(on_unit_ray)(), SURFACE(on_whole_ray)();
 // needs     prelude, search; SURFACE(along), the coefficients of F(o + t d); SURFACE(magnitude), F with all its terms
 //           positive; SURFACE(DEGREE), 2 or more; SURFACE(ROUNDINGS), how many of them an error of F adds up
 
@@ -18,4 +18,25 @@ static inline realv SURFACE(on_ray)(const search_t *search, SURFACE(t) shape, re
                         abs_v(search->origin.y) + abs_v(search->direction.y) * search->length,
                         abs_v(search->origin.z) + abs_v(search->direction.z) * search->length};
   return (realv)(REAL_EPSILON * SURFACE(ROUNDINGS)) * SURFACE(magnitude)(reach, shape);
+}
+
+// The same, with the ray's length as the unit of t, and of f where a root was divided out: on [0, 1].
+static inline realv SURFACE(on_unit_ray)(const search_t *search, SURFACE(t) shape, realv a[SURFACE(DEGREE) + 1]) {
+  const realv noise = SURFACE(on_ray)(search, shape, a);
+  realv unit = search->departs ? search->length : (realv)1;
+#pragma unroll
+  for (int i = 0; i <= SURFACE(DEGREE); ++i) {
+    a[i] *= unit;
+    unit *= search->length;
+  }
+  return noise;
+}
+
+// Give a root on [0, 1] the ray's own units. Lanes that neither found one nor pass are undecided; a ray inside cannot pass.
+static inline root_t SURFACE(on_whole_ray)(const search_t *search, root_t root, maskv passes) {
+  root.undecided = search->lanes & not_lane(root.found) & (search->inside | not_lane(passes));
+  root.t = max_v(root.t, (realv)0) * search->length;
+  root.low = max_v(root.low, (realv)0) * search->length;
+  root.high = root.high * search->length;
+  return root;
 }

@@ -1,6 +1,6 @@
 // search.cl: the question every method answers, about one surface in its own space.
 //
-// provides  search_t, root_t        needs  prelude
+// provides  search_t, root_t, no_root()        needs  prelude
 //
 // A method provides, for each distinct surface,
 //
@@ -30,3 +30,8 @@ typedef struct {
   maskv found;      // lanes that have one within the length
   maskv undecided;  // lanes for which neither a root nor its absence could be proved
 } root_t;
+
+static inline root_t no_root(void) {
+  const root_t root = {(realv)0, (realv)0, (realv)0, (maskv)0, (maskv)0};
+  return root;
+}

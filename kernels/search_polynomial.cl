@@ -73,28 +73,11 @@ static inline void SURFACE(guess)(const realv a[SURFACE(DEGREE) + 1], realv nois
 
 static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const method_t *method) {
   realv a[SURFACE(DEGREE) + 1];
-  const realv noise = SURFACE(on_ray)(&search, shape, a);
-
-  // Take the ray's length as the unit of t, and of f where a root was divided out
-  realv unit = search.departs ? search.length : (realv)1;
-#pragma unroll
-  for (int i = 0; i <= SURFACE(DEGREE); ++i) {
-    a[i] *= unit;
-    unit *= search.length;
-  }
-
-  root_t root;
-  root.found = (maskv)0;
-  root.t = root.low = root.high = (realv)0;
+  const realv noise = SURFACE(on_unit_ray)(&search, shape, a);
+  root_t root = no_root();
   maskv open = search.lanes;
   SURFACE(guess)(a, noise, &open, &root);
   maskv passes = search.lanes & not_lane(open | root.found);
   if (any_lane(open)) passes = passes | SURFACE(walk)(a, noise, open, &root);
-
-  // A ray inside must come out
-  root.undecided = search.lanes & not_lane(root.found) & (search.inside | not_lane(passes));
-  root.t = max_v(root.t, (realv)0) * search.length;
-  root.low = max_v(root.low, (realv)0) * search.length;
-  root.high = root.high * search.length;
-  return root;
+  return SURFACE(on_whole_ray)(&search, root, passes);
 }

@@ -27,3 +27,4 @@
 #undef quarter_wave
 #undef sin_v
 #undef cos_v
+#undef no_root

@@ -29,3 +29,4 @@
 #define quarter_wave single_quarter_wave
 #define sin_v single_sin_v
 #define cos_v single_cos_v
+#define no_root single_no_root

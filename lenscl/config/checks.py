@@ -91,15 +91,12 @@ class OneOf:
     """A word, or another plain value, of a list."""
 
     known: tuple[str | bool, ...]
-    planned: tuple[str, ...] = ()  # words of the study format that this version cannot carry out
 
     def __call__(self, value: Any) -> str | bool:
         """Return the word."""
         if isinstance(value, str | bool) and any(value is known or value == known for known in self.known):
             return value
         choices = " or ".join(short(known) for known in self.known)
-        if isinstance(value, str) and value in self.planned:
-            raise wrong(f"{short(value)} is not available in this version; choose {choices}")
         hint = (
             nearest(value, [known for known in self.known if isinstance(known, str)]) if isinstance(value, str) else ""
         )

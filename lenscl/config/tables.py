@@ -16,7 +16,6 @@ from lenscl.effects import EFFECTS
 from lenscl.materials import material
 from lenscl.methods import METHODS
 
-PLANNED_METHODS = ("guarded",)
 # Effects of the study format that this version may lack, with the values that ask for nothing
 PLANNED_EFFECTS: dict[str, tuple[object, ...]] = {
     "fresnel": (False,),
@@ -35,9 +34,8 @@ MOST_LENSES = 127  # kernels number them in signed bytes
 MOST_POINTS = 10_000_000
 
 
-def _words(*known: str, planned: tuple[str, ...] = ()) -> tuple[PlainValidator, WithJsonSchema]:
-    missing = tuple(word for word in planned if word not in known)
-    return PlainValidator(checks.OneOf(known, missing)), WithJsonSchema({"type": "string", "enum": list(known)})
+def _words(*known: str) -> tuple[PlainValidator, WithJsonSchema]:
+    return PlainValidator(checks.OneOf(known)), WithJsonSchema({"type": "string", "enum": list(known)})
 
 
 def _whole(low: int, high: int) -> tuple[PlainValidator, WithJsonSchema]:
@@ -111,9 +109,7 @@ class LensTable(Table):
 class NumericsTable(Table):
     """How accurately to compute."""
 
-    method: Annotated[str, *_words("auto", *METHODS, planned=PLANNED_METHODS)] = Field(
-        "auto", description="How the next surface is found."
-    )
+    method: Annotated[str, *_words("auto", *METHODS)] = Field("auto", description="How the next surface is found.")
     precision: Annotated[str, *_words("single", "double", "mixed")] = Field(
         "double", description="Floating point numbers used; mixed: found in single, polished and bent in double."
     )

@@ -51,6 +51,15 @@ _ROWS = (
         wants_polynomial=True,
     ),
     Method(
+        name="guarded",
+        fragments=("polynomial_ray.cl", "polynomial_bounds.cl", "polynomial_walk.cl", "search_guarded.cl"),
+        guarantee="finds every crossing of a polynomial, by steps that pass none; undecided where rounding forbids it",
+        writes=("along",),
+        ending="corrected",
+        is_guaranteed=True,
+        wants_polynomial=True,
+    ),
+    Method(
         name="interval",
         fragments=("search_interval.cl",),
         guarantee="finds every crossing, by proof; a ray whose proof rounding forbids is undecided",

@@ -81,6 +81,19 @@ def test_every_later_crossing_of_a_straight_ray_is_met_too(name: str) -> None:
     assert (paths.events == sampled)[decided].mean() > 0.97
 
 
+@pytest.mark.parametrize("name", ["sphere", "torus", "sextic"])
+def test_the_walk_alone_meets_the_same(name: str) -> None:
+    scene = make_scene(LENSES[name], numerics={"max_events": 8})
+    origin, direction = aimed_rays(scene, 10_000, 6)
+    walked = trace_rays(scene, origin, direction, method="guarded")
+    proved = trace_rays(scene, origin, direction, method="polynomial")
+    decided = (walked.status != RayStatus.UNDECIDED) & (proved.status != RayStatus.UNDECIDED)
+    assert decided.mean() > 0.999
+    assert (walked.events > 0).sum() > 1000
+    np.testing.assert_array_equal(walked.events[decided], proved.events[decided])
+    np.testing.assert_allclose(walked.origin[decided], proved.origin[decided], atol=1e-6)
+
+
 @pytest.mark.parametrize("thickness", [10.0**-k for k in range(1, 10)])
 def test_no_chord_of_a_thin_lens_is_lost_where_the_march_loses_them(thickness: float) -> None:
     lens = {"surface": "ellipsoid", "r": 0.8, "stretch": [1.0, 1.0, thickness / 1.6], "n": 1.0}
