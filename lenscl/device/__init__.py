@@ -5,7 +5,7 @@ imports pyopencl, and it knows nothing of lenses.
 
 >>> from lenscl import device
 >>> best = device.choose()
->>> best.width("double") in (1, 2, 4, 8)
+>>> best.width("double") in (1, 2, 4, 8, 16)
 True
 """
 

@@ -75,12 +75,13 @@ def test_expressions_of_different_structure_get_names_of_their_own() -> None:
 
 @pytest.mark.parametrize(("precision", "width"), FORMS)
 def test_every_form_of_the_kernel_compiles_and_traces_alike(precision: str, width: int) -> None:
-    """Kinds of rays, Snell's rule and effects, over all precisions and widths."""
+    """Kinds of rays, Snell's rule and effects: all of them together for one lane and for many, each once between."""
     device = replace(choose(), widths=(width, width))
     point = {"kind": "point", "at": [0.0, 0.0, 4.0]}
     parallel = {"kind": "parallel", "direction": [0.0, 0.0, -1.0]}
     traced = 0
-    for source, snell, total in product((point, parallel), ("exact", "paraxial"), ("follow", "end")):
+    forms = list(product((point, parallel), ("exact", "paraxial"), ("follow", "end")))
+    for source, snell, total in forms if width in (1, 16) else (forms[0], forms[-1]):
         scene = make_scene(
             *MIXED,
             source=source,
@@ -95,7 +96,7 @@ def test_every_form_of_the_kernel_compiles_and_traces_alike(precision: str, widt
     origin = np.tile([0.0, 0.0, 4.0], (7, 1))
     aim = np.stack([np.linspace(-0.25, 0.25, 7), np.zeros(7), -np.ones(7)], 1)
     assert (trace_rays(make_scene(*MIXED), origin, aim, precision=precision, device=device).events > 0).any()
-    assert traced > 100
+    assert traced > 30
 
 
 @pytest.mark.parametrize("surface", CATALOGUE)
