@@ -15,9 +15,9 @@
 //   tolerance  a shorter move of t ends the search, as one of two roundings does
 static inline realv SURFACE(polish)(search_t search, SURFACE(t) shape, root_t root, realv tolerance) {
   const realv side = search.inside ? (realv)-1 : (realv)1;
-  const maskv divides = search.departs & (root.low == (realv)0);
+  const maskv divides = root.found & search.departs & (root.low == (realv)0);
   realv f_start = (realv)0;
-  if (any_lane(divides & root.found)) {
+  if (any_lane(divides)) {
     real3v unused;
     f_start = divides ? SURFACE(f_gradient)(search.origin, shape, &unused) : (realv)0;
   }
@@ -25,16 +25,18 @@ static inline realv SURFACE(polish)(search_t search, SURFACE(t) shape, root_t ro
   const realv finest = max_v(tolerance, (realv)REAL_EPSILON * high);
   const realv small = (realv)NEWTON_NEAR * high;
   realv last = high - low;  // move of t
-  realv t = (low + high) * (realv)NUMBER(0.5);
+  realv t = root.t;
   maskv moves = root.found;
   for (int i = 0; i < POLISH_LIMIT && any_lane(moves); ++i) {
     // Take the value and slope along the ray, without the known root
     real3v gradient;
     const realv f = SURFACE(f_gradient)(at3(search.origin, search.direction, t), shape, &gradient);
-    const realv value_f = side * (f - f_start);
-    const realv slope_f = side * dot3(gradient, search.direction);
-    const realv value = divides ? value_f / t : value_f;
-    const realv slope = divides ? (slope_f - value) / t : slope_f;
+    realv value = side * (f - f_start);
+    realv slope = side * dot3(gradient, search.direction);
+    if (any_lane(divides)) {
+      value = divides ? value / t : value;
+      slope = divides ? (slope - value) / t : slope;
+    }
 
     // Shrink the bracket; the root lies before a negative value
     const maskv before = value < (realv)0;

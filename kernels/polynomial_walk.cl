@@ -32,9 +32,9 @@ static inline maskv SURFACE(walk)(const realv a[SURFACE(DEGREE) + 1], realv nois
 
     // Arrived where f may be zero: is it a crossing?
     const maskv arrives = s[0] <= noise;
-    const maskv crosses = (falls > (realv)0) & (falls * falls > (realv)4 * noise * high);
+    const realv within = (realv)2 * (abs_v(s[0]) + noise) / falls;  // a crossing lies so near
+    const maskv crosses = (falls > (realv)0) & (falls * falls > (realv)4 * noise * high) & (t + within <= (realv)1);
     const maskv found = steps & arrives & crosses;
-    const realv within = (realv)2 * (abs_v(s[0]) + noise) / falls;
     root->t = found ? t + s[0] / falls : root->t;
     root->low = found ? t - within : root->low;
     root->high = found ? t + within : root->high;

@@ -25,7 +25,7 @@ typedef struct {
 } search_t;
 
 typedef struct {
-  realv t;          // the first root behind 0 where found; where undecided, up to where there is provably none
+  realv t;          // where found, about the first root; where undecided, up to where there is provably none
   realv low, high;  // where found: it lies between them and no other does; F changes its sign there
   maskv found;      // lanes that have one within the length
   maskv undecided;  // lanes for which neither a root nor its absence could be proved

@@ -97,7 +97,8 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
   }
   root.undecided = root.undecided | scans;
 
-  root.t = root.low = clear;
+  root.t = root.found ? HALF * (clear + end) : clear;
+  root.low = clear;
   root.high = end;
   return root;
 }

@@ -29,7 +29,7 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
   root_t root;
   root.found = search.lanes & (value < (realv)0);
   root.undecided = search.lanes & not_lane(root.found) & (search.inside | (value != value));
-  root.t = root.undecided ? low : t;
+  root.t = root.undecided ? low : (realv)NUMBER(0.5) * (low + t);
   root.low = low;
   root.high = t;
   return root;

@@ -53,9 +53,9 @@ _ROWS = (
     Method(
         name="guarded",
         fragments=("polynomial_ray.cl", "polynomial_bounds.cl", "polynomial_walk.cl", "search_guarded.cl"),
+        ending="corrected",
         guarantee="finds every crossing of a polynomial, by steps that pass none; undecided where rounding forbids it",
         writes=("along",),
-        ending="corrected",
         is_guaranteed=True,
         wants_polynomial=True,
     ),
