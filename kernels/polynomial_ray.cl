@@ -5,7 +5,7 @@
 //           positive; SURFACE(DEGREE), 2 or more; SURFACE(ROUNDINGS), how many of them an error of F adds up
 
 // Write F along the ray, positive on the ray's side, into a: the coefficients of t. A known root at 0 is divided out.
-// Returns the bound of the rounding of f up to where the ray leaves the box, results that are flushed to zero included.
+// Returns the bound of the rounding of f up to where the ray leaves the box.
 static inline realv SURFACE(on_ray)(const search_t *search, SURFACE(t) shape, realv a[SURFACE(DEGREE) + 1]) {
   realv c[SURFACE(DEGREE) + 1];
   SURFACE(along)(search->origin, search->direction, shape, c);
@@ -17,25 +17,24 @@ static inline realv SURFACE(on_ray)(const search_t *search, SURFACE(t) shape, re
   const real3v reach = {abs_v(search->origin.x) + abs_v(search->direction.x) * search->length,
                         abs_v(search->origin.y) + abs_v(search->direction.y) * search->length,
                         abs_v(search->origin.z) + abs_v(search->direction.z) * search->length};
-  return (realv)(REAL_EPSILON * SURFACE(ROUNDINGS)) * SURFACE(magnitude)(reach, shape) +
-         (realv)(REAL_TINY * SURFACE(ROUNDINGS));
+  return (realv)(REAL_EPSILON * SURFACE(ROUNDINGS)) * SURFACE(magnitude)(reach, shape);
 }
 
-// The same, with the ray's length as the unit of t, and of f where a root was divided out: on [0, 1]; and times a power
-// of two, so that the largest coefficient is from 1 to 2 and squares stay within the range of numbers.
-static inline realv SURFACE(on_unit_ray)(const search_t *search, SURFACE(t) shape, realv a[SURFACE(DEGREE) + 1]) {
+// The same, with the ray's length as the unit of t, and of f where a root was divided out: on [0, 1]; and with the
+// noise's power of two as that of f, so that squares stay within the range of numbers. Lanes whose coefficients did not
+// are left out of *known; so are those where what was flushed to zero might matter beside the noise.
+static inline realv SURFACE(on_unit_ray)(const search_t *search, SURFACE(t) shape, realv a[SURFACE(DEGREE) + 1],
+                                         maskv *known) {
   const realv noise = SURFACE(on_ray)(search, shape, a);
-  realv unit = search->departs ? search->length : (realv)1, largest = (realv)0;
+  *known = (noise > (realv)(REAL_TINY / REAL_EPSILON)) & (noise < (realv)REAL_MAX);
+  const realv scale = down_scale(noise);
+  realv unit = search->departs ? search->length * scale : scale;
 #pragma unroll
   for (int i = 0; i <= SURFACE(DEGREE); ++i) {
     a[i] *= unit;
     unit *= search->length;
-    largest = max_v(largest, abs_v(a[i]));
   }
-  const realv scale = down_scale(largest);
-#pragma unroll
-  for (int i = 0; i <= SURFACE(DEGREE); ++i) a[i] *= scale;
-  return noise < (realv)REAL_MAX ? noise * scale : (realv)INFINITY;
+  return noise * scale;
 }
 
 // Give a root on [0, 1] the ray's own units. Lanes that neither found one nor pass are undecided; a ray inside cannot pass.

@@ -73,11 +73,12 @@ static inline void SURFACE(guess)(const realv a[SURFACE(DEGREE) + 1], realv nois
 
 static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const method_t *method) {
   realv a[SURFACE(DEGREE) + 1];
-  const realv noise = SURFACE(on_unit_ray)(&search, shape, a);
+  maskv known;
+  const realv noise = SURFACE(on_unit_ray)(&search, shape, a, &known);
   root_t root = no_root();
-  maskv open = search.lanes;
+  maskv open = search.lanes & known;
   SURFACE(guess)(a, noise, &open, &root);
-  maskv passes = search.lanes & not_lane(open | root.found);
+  maskv passes = search.lanes & known & not_lane(open | root.found);
   if (any_lane(open)) passes = passes | SURFACE(walk)(a, noise, open, &root);
   return SURFACE(on_whole_ray)(&search, root, passes);
 }

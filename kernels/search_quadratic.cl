@@ -29,8 +29,9 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
   const realv largest = max_v(max_v(abs_v(s) * unit_1, (f + f) * unit_0), abs_v(m) * unit_1 * search.length);
   const realv doubt = (realv)NUMBER(2.5) * noise * largest;
   const realv scaled = square * unit_1 * unit_1;
-  const maskv crosses = scaled > doubt;
-  const maskv never = (scaled < -doubt) | ((s <= (realv)0) & (m <= (realv)0));
+  const maskv known = (noise > (realv)(REAL_TINY / REAL_EPSILON)) & (doubt > (realv)REAL_TINY) & (doubt < (realv)REAL_MAX);
+  const maskv crosses = known & (scaled > doubt);
+  const maskv never = known & ((scaled < -doubt) | ((s <= (realv)0) & (m <= (realv)0)));
 
   // A start within rounding of the surface must fall through it; a ray inside must come out
   const maskv starts = (a[0] * unit_0 > noise) | falls;
