@@ -4,8 +4,9 @@
 //           band_multiply(), band_times_flat(), band_square(); band_abs(), band_min(), band_max(), band_where()
 // needs     prelude, interval
 
+// A number as it was given; where inputs are rounded to this precision (INPUT_ROUNDINGS), so was it.
 static inline band_t band_exact(realv a) {
-  const band_t c = {a, (realv)0, (realv)0};
+  const band_t c = {a, (realv)0, (realv)INPUT_ROUNDINGS * ROUNDING * abs_v(a)};
   return c;
 }
 
@@ -29,19 +30,22 @@ static inline band_t band_negate(band_t a) {
 
 static inline band_t band_subtract(band_t a, band_t b) { return band_add(a, band_negate(b)); }
 
-// Add an exact number.
+// Add a number as it was given.
 static inline band_t band_shift(band_t a, realv s) {
   const realv mid = a.mid + s;
-  const band_t c = {mid, a.rise, (a.error + (ROUNDING * abs_v(mid) + UNDERFLOW)) * WIDEN};
+  const realv given = (realv)INPUT_ROUNDINGS * ROUNDING * abs_v(s);
+  const band_t c = {mid, a.rise, (a.error + given + (ROUNDING * abs_v(mid) + UNDERFLOW)) * WIDEN};
   return c;
 }
 
-// Multiply by an exact number.
+// Multiply by a number as it was given.
 static inline band_t band_scale(band_t a, realv s) {
   const realv mid = a.mid * s;
   const realv rise = a.rise * s;
   const band_t c = {mid, rise,
-                    (a.error * abs_v(s) + (ROUNDING * (abs_v(mid) + abs_v(rise)) + UNDERFLOW)) * WIDEN};
+                    (a.error * abs_v(s) +
+                     ((realv)(1 + INPUT_ROUNDINGS) * ROUNDING * (abs_v(mid) + abs_v(rise)) + UNDERFLOW)) *
+                        WIDEN};
   return c;
 }
 

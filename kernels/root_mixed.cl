@@ -3,8 +3,8 @@
 // provides  SURFACE(first_root)()
 // needs     prelude, search and SURFACE(isolate) in single; mixed, newton; single_method(), SURFACE(single_shape)()
 //
-// The ray is rounded on its way to single: its six numbers and its length by half an ulp each. The methods count that
-// among their roundings (INPUT_ROUNDINGS), so what they prove holds for the ray as it is.
+// Ray and lens are rounded on their way to single, each of their numbers by half an ulp. The methods count that among
+// their roundings (INPUT_ROUNDINGS), so what they prove holds for ray and lens as they are.
 static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, const method_t *method) {
   single_search_t rounded;
   rounded.origin = single_vector(search.origin);

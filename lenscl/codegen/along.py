@@ -25,7 +25,7 @@ def along_functions(prefix: str, surface: Surface, precision: Precision) -> str:
     return "\n".join(
         (
             f"#define {prefix}_DEGREE {top}",
-            f"#define {prefix}_ROUNDINGS ({2 * roundings + _HORNER * top} + INPUT_ROUNDINGS * {2 * top})",
+            f"#define {prefix}_ROUNDINGS ({2 * roundings + _HORNER * top} + INPUT_ROUNDINGS * {2 * (roundings + top)})",
             function(
                 f"void {prefix}_along(real3v o, real3v d, {prefix}_t shape, realv c[{top + 1}])",
                 dict(zip(names, padded, strict=True)),
