@@ -11,7 +11,12 @@ from lenscl import load_study, scene_from_toml
 from lenscl.config import Scene
 
 CONFIGS = Path(__file__).parent.parent / "configs"
-CATALOGUE = ("sphere", "ellipsoid", "torus", "heart", "bifolia", "barth_sextic", "superellipsoid")
+SHAPES = ("sphere", "ellipsoid", "torus", "heart", "bifolia", "barth_sextic", "superellipsoid")
+OPTICS = (
+    *("biconvex", "plano_convex", "meniscus", "ball", "rod", "prism", "cone"),
+    *("conic_singlet", "even_asphere_singlet"),
+)
+CATALOGUE = SHAPES + OPTICS
 
 
 def make_scene(

@@ -1,4 +1,4 @@
-"""The surfaces that lenscl knows by name. One row each: form, parameters, box, source.
+"""The surfaces that lenscl knows by name. One row each: form, parameters, box, source; those of optics in `optical`.
 
 Each form is the best conditioned that is known: its gradient vanishes on the surface at true singular points only, and
 nearby terms are subtracted before they are squared.
@@ -12,14 +12,9 @@ from collections.abc import Mapping
 from functools import lru_cache
 
 from lenscl.errors import LensclError
-from lenscl.expr import Expr, parse
+from lenscl.lenses.optical import optical_rows
+from lenscl.lenses.rows import length, read
 from lenscl.lenses.solid import Box, Parameter, Surface, Values
-
-_LARGEST = 1e12  # of a length: its fourth power still fits single precision a thousand times smaller, and double always
-
-
-def _length(name: str, default: float, meaning: str) -> Parameter:
-    return Parameter(name=name, default=default, low=0.0, low_open=True, high=_LARGEST, meaning=meaning)
 
 
 def _cube(half: float) -> Box:
@@ -96,8 +91,8 @@ def _rows() -> tuple[Surface, ...]:
             summary="a ball",
             formula="x^2 + y^2 + z^2 - r^2",
             source="elementary",
-            parameters=(_length("r", 1.0, "radius"),),
-            expression=_read("x^2 + y^2 + z^2 - r^2", "r"),
+            parameters=(length("r", 1.0, "radius"),),
+            expression=read("x^2 + y^2 + z^2 - r^2", "r"),
             extent=_sphere_box,
             is_convex=True,
         ),
@@ -107,12 +102,12 @@ def _rows() -> tuple[Surface, ...]:
             formula="(x/a)^2 + (y/b)^2 + (z/c)^2 - r^2",
             source="elementary",
             parameters=(
-                _length("a", 1.0, "semi-axis along x, in units of r"),
-                _length("b", 1.0, "semi-axis along y, in units of r"),
-                _length("c", 1.0, "semi-axis along z, in units of r"),
-                _length("r", 1.0, "scale"),
+                length("a", 1.0, "semi-axis along x, in units of r"),
+                length("b", 1.0, "semi-axis along y, in units of r"),
+                length("c", 1.0, "semi-axis along z, in units of r"),
+                length("r", 1.0, "scale"),
             ),
-            expression=_read("(1/a*x)^2 + (1/b*y)^2 + (1/c*z)^2 - r^2", "a", "b", "c", "r"),
+            expression=read("(1/a*x)^2 + (1/b*y)^2 + (1/c*z)^2 - r^2", "a", "b", "c", "r"),
             extent=_ellipsoid_box,
             is_convex=True,
         ),
@@ -121,9 +116,9 @@ def _rows() -> tuple[Surface, ...]:
             summary="a ring about the z axis; for r > R a spindle, filled",
             formula="(R - sqrt(x^2 + y^2))^2 + z^2 - r^2",
             source="elementary; here min(A^2 - 4 R^2 (x^2 + y^2), A) of A = x^2 + y^2 + z^2 + R^2 - r^2",
-            parameters=(_length("R", 0.7, "radius of the ring"), _length("r", 0.25, "radius of the tube")),
-            expression=_read(_TORUS, "R", "r"),
-            polynomial=_read(_TORUS_QUARTIC, "R", "r"),
+            parameters=(length("R", 0.7, "radius of the ring"), length("r", 0.25, "radius of the tube")),
+            expression=read(_TORUS, "R", "r"),
+            polynomial=read(_TORUS_QUARTIC, "R", "r"),
             holds=_is_ring,
             extent=_torus_box,
         ),
@@ -132,7 +127,7 @@ def _rows() -> tuple[Surface, ...]:
             summary="a heart, point down along z",
             formula="(2*x^2 + 2*y^2 + z^2 - 1)^3 - x^2*z^3/10 - y^2*z^3",
             source="Taubin, IEEE Computer Graphics and Applications 14(2), 1994; here its cube root, simple at z = 0",
-            expression=_read("2*x^2 + 2*y^2 + z^2 - 1 - z*cbrt(0.1*x^2 + y^2)"),
+            expression=read("2*x^2 + 2*y^2 + z^2 - 1 - z*cbrt(0.1*x^2 + y^2)"),
             extent=_heart_box,
         ),
         Surface(
@@ -140,7 +135,7 @@ def _rows() -> tuple[Surface, ...]:
             summary="a bifolium turned about the y axis: a ring closed to a point at the origin",
             formula="(x^2 + y^2 + z^2)^2 - 3*y*(x^2 + z^2)",
             source="the bifolium r = 3 cos(t) sin(t)^2, turned about its axis",
-            expression=_read("(x^2 + y^2 + z^2)^2 - 3*y*(x^2 + z^2)"),
+            expression=read("(x^2 + y^2 + z^2)^2 - 3*y*(x^2 + z^2)"),
             extent=_bifolia_box,
         ),
         Surface(
@@ -148,8 +143,8 @@ def _rows() -> tuple[Surface, ...]:
             summary="Barth's sextic of 65 nodes, ended by a ball",
             formula="4*(t^2*x^2 - y^2)*(t^2*y^2 - z^2)*(t^2*z^2 - x^2) - (1 + 2*t)*w^2*(x^2 + y^2 + z^2 - w^2)^2",
             source="W. Barth, Two projective surfaces with many nodes, J. Algebraic Geom. 5, 1996; t = (1 + sqrt(5))/2",
-            parameters=(_length("w", 1.0, "scale of the sextic"), _length("clip", 1.8, "radius of the ball")),
-            expression=_read(f"max({_BARTH}, x^2 + y^2 + z^2 - clip^2)", "w", "clip"),
+            parameters=(length("w", 1.0, "scale of the sextic"), length("clip", 1.8, "radius of the ball")),
+            expression=read(f"max({_BARTH}, x^2 + y^2 + z^2 - clip^2)", "w", "clip"),
             extent=_barth_box,
         ),
         Surface(
@@ -161,24 +156,21 @@ def _rows() -> tuple[Surface, ...]:
                 Parameter(name="e1", default=0.5, low=0.2, high=2.0, meaning="squareness along z"),
                 Parameter(name="e2", default=0.5, low=0.2, high=2.0, meaning="squareness about z"),
             ),
-            expression=_read(f"{_norm(_norm('abs(x)', 'abs(y)', 'e2'), 'abs(z)', 'e1')} - 1", "e1", "e2"),
+            expression=read(f"{_norm(_norm('abs(x)', 'abs(y)', 'e2'), 'abs(z)', 'e1')} - 1", "e1", "e2"),
             extent=_unit_box,
         ),
     )
-
-
-def _read(text: str, *parameters: str) -> Expr:
-    return parse(text, ["x", "y", "z", *parameters])
 
 
 @lru_cache(maxsize=1)
 def catalogue() -> Mapping[str, Surface]:
     """Return every surface by its name, in a fixed order.
 
-    >>> list(catalogue())
-    ['sphere', 'ellipsoid', 'torus', 'heart', 'bifolia', 'barth_sextic', 'superellipsoid']
+    >>> list(catalogue())  # doctest: +NORMALIZE_WHITESPACE
+    ['sphere', 'ellipsoid', 'torus', 'heart', 'bifolia', 'barth_sextic', 'superellipsoid', 'biconvex', 'plano_convex',
+     'meniscus', 'ball', 'rod', 'prism', 'cone', 'conic_singlet', 'even_asphere_singlet']
     """
-    return {row.name: row for row in _rows()}
+    return {row.name: row for row in (*_rows(), *optical_rows())}
 
 
 def surface(name: str) -> Surface:

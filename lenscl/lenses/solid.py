@@ -72,6 +72,8 @@ class Surface:
         Whether `polynomial` has F's sign for these parameter values; None: always.
     extent : callable
         From the parameters' values to the tight box of F <= 0; see `box`.
+    rules : callable or None
+        From values that are each in range to (key, what is wrong) for those that do not go together.
     promised : Box or None
         For a user's expression the bounds that were given with it.
     is_convex : bool
@@ -87,6 +89,7 @@ class Surface:
     polynomial: Expr | None = None
     holds: Callable[[Values], bool] | None = None
     extent: Callable[[Values], Box] | None = None
+    rules: Callable[[Values], Iterator[Problem]] | None = None
     promised: Box | None = None
     is_convex: bool = False
 
@@ -140,7 +143,11 @@ class Surface:
             if wrong is not None:
                 broken = True
                 yield parameter.name, wrong
-        if self.promised is not None and not broken:
+        if broken:
+            return
+        if self.rules is not None:
+            yield from self.rules(values)
+        if self.promised is not None:
             from lenscl.lenses.faces import face_problem  # numpy, which reading a study need not wait for
 
             wrong = face_problem(self.expression, values, self.promised)
