@@ -84,7 +84,9 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
     negative = negative | (scans & ends);
     const maskv gains = next - clear > (realv)NUMBER(0.25) * length;
     const maskv narrow = closes & (end - next < HALF * length);
-    width = over ? (realv)2 * length : (narrow ? end - next : (gains ? length - (next - clear) : HALF * length));
+    const realv rest = length - (next - clear);
+    const realv left = starts ? max_v(rest, min_v(last - next, length)) : rest;  // a root may lie just behind the stop
+    width = over ? (realv)2 * length : (narrow ? end - next : (gains ? left : HALF * length));
     clear = scans ? next : clear;
 
     // Be done: one root, none, or as fine as numbers are

@@ -236,6 +236,18 @@ def test_auto_takes_the_first_guaranteed_method_that_serves_a_surface() -> None:
     assert choose("interval", is_polynomial=False).reads == ()
 
 
+def test_a_root_on_which_a_segment_happens_to_end_is_found() -> None:
+    """What is left of such a segment is a few units in the last place: too little for a proof on its own."""
+    scene = make_scene({"surface": "plano_convex", "n": 1.0})
+    low, high = np.array(scene.lenses[0].surface.box(scene.lenses[0].values))
+    rng = np.random.default_rng(0)
+    d = rng.normal(size=(400_000, 3))
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    paths = lenscl.trace_rays(scene, rng.uniform(low, high, (400_000, 3)) - 3.0 * d, d, method="interval")
+    assert (paths.events == 2).mean() > 0.7
+    assert not (paths.status == RayStatus.UNDECIDED).any()
+
+
 BROKEN = {
     "the band's rise is left out": (
         "none = not_lane(on_root) & (g - abs_v(rise) - f.error",
