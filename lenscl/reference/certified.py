@@ -193,7 +193,7 @@ def sign_polynomial(surface: Surface) -> Expr | None:
         A polynomial in x, y and z, or min, max and abs of polynomials: F itself where it is one. For the heart the
         sextic `A^3 - z^3 (0.1 x^2 + y^2)`, of the same number 0.1 as F. For the torus the quartic alone, which is
         right for r <= R only: of a spindle it has the inner sheet too, and F, min(quartic, A), must be used.
-        None where there is none, as for the superellipsoid.
+        None where there is none, as for the superellipsoid, or none is known, as for the conic singlet.
 
     Notes
     -----
@@ -203,9 +203,16 @@ def sign_polynomial(surface: Surface) -> Expr | None:
     if surface.promised is None and surface.name in _EQUIVALENT:
         return parse(_EQUIVALENT[surface.name], ["x", "y", "z", *(each.name for each in surface.parameters)])
     allowed = {"number", "symbol", "+", "-", "neg", "*", "/", "power", "min", "max", "abs"}
+    choices: set[Expr] = set()  # what holds a min, max or abs
     for each in walk([surface.expression]):
         if each.op not in allowed or (each.op == "/" and each.args[1].depends_on("xyz")):
             return None
+        chosen = [arg for arg in each.args if arg in choices]
+        if chosen or each.op in ("min", "max", "abs"):
+            choices.add(each)
+        others = [arg for arg in each.args if arg is not chosen[0] and arg.depends_on("xyz")] if chosen else []
+        if chosen and (each.op == "power" or (each.op == "*" and (others or len(chosen) > 1))):
+            return None  # a product's sign is not the choice's where the other factor changes its own
     return surface.expression
 
 

@@ -314,10 +314,15 @@ def test_sign_polynomials_have_the_sign_of_the_surface() -> None:
         np.testing.assert_array_equal(*signs)
         assert {-1.0, 1.0} <= set(signs[0])
         checked.append(row.name)
-    assert checked == ["sphere", "ellipsoid", "torus", "heart", "bifolia", "barth_sextic"]
+    assert checked == [
+        *("sphere", "ellipsoid", "torus", "heart", "bifolia", "barth_sextic"),
+        *("biconvex", "plano_convex", "meniscus", "ball", "rod"),
+    ]
     box = ((-1.0,) * 3, (1.0,) * 3)
     assert sign_polynomial(user_surface("max(abs(x)/k, y^2) - 1/2", ["k"], box)) is not None
-    assert sign_polynomial(user_surface("1/(x^2 + 1) - y", [], box)) is None
+    assert sign_polynomial(user_surface("2*max(x, y)*k - abs(z)", ["k"], box)) is not None
+    for text in ("1/(x^2 + 1) - y", "x*max(y, z) - 1", "abs(x)^2 - y", "abs(x)*abs(y) - z", "x*(1 + min(y, z)) - 1"):
+        assert sign_polynomial(user_surface(text, [], box)) is None
 
 
 @pytest.mark.parametrize("text", ["sin(x) + y", "x/(y + 2)", "sqrt(x^2 + y^2) - 1", "abs(x)*y - 1", "cbrt(x)^2 - y"])
