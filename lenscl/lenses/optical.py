@@ -141,6 +141,7 @@ def optical_rows() -> tuple[Surface, ...]:
             ),
             extent=SingletBox(_biconvex),
             rules=SingletRules(_biconvex),
+            is_convex=True,
         ),
         Surface(
             name="plano_convex",
@@ -151,6 +152,7 @@ def optical_rows() -> tuple[Surface, ...]:
             expression=read(_lens(_sphere("R", _FRONT), f"2*{_BACK}"), "R", "thickness", "diameter"),
             extent=SingletBox(_plano_convex),
             rules=SingletRules(_plano_convex),
+            is_convex=True,
         ),
         Surface(
             name="meniscus",
@@ -177,6 +179,7 @@ def optical_rows() -> tuple[Surface, ...]:
             parameters=(length("diameter", 1.4, "of the ball"),),
             expression=read("x^2 + y^2 + z^2 - (0.5*diameter)^2", "diameter"),
             extent=_ball_box,
+            is_convex=True,
         ),
         Surface(
             name="rod",
@@ -186,6 +189,7 @@ def optical_rows() -> tuple[Surface, ...]:
             parameters=(length("diameter", 0.8, "of the cylinder"), length("length", 1.4, "from end to end")),
             expression=read(f"max({_RIM}, diameter*(abs(z) - 0.5*length))", "diameter", "length"),
             extent=_rod_box,
+            is_convex=True,
         ),
         Surface(
             name="prism",
@@ -208,6 +212,7 @@ def optical_rows() -> tuple[Surface, ...]:
                 "length",
             ),
             extent=_prism_box,
+            is_convex=True,
         ),
         Surface(
             name="cone",
@@ -221,6 +226,7 @@ def optical_rows() -> tuple[Surface, ...]:
                 "height",
             ),
             extent=_cone_box,
+            is_convex=True,
         ),
         Surface(
             name="conic_singlet",

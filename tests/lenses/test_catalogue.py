@@ -314,3 +314,22 @@ def test_surfaces_can_be_sent_to_another_process():
         assert again == row
         assert again.expression is row.expression
         assert copy.deepcopy(row) == row
+
+
+@pytest.mark.parametrize("name", [name for name, row in catalogue().items() if row.is_convex])
+def test_what_is_called_convex_holds_the_middle_of_any_two_of_its_points(name):
+    row = surface(name)
+    values = {parameter.name: parameter.default for parameter in row.parameters}
+    rng = np.random.default_rng(6)
+    low, high = np.asarray(row.box(values))
+    p = rng.uniform(low, high, (40_000, 3))
+    inside = p[evaluate(row.expression, {**values, **dict(zip("xyz", p.T, strict=True))}) <= 0]
+    assert len(inside) > 5000
+    middle = (inside + inside[::-1]) / 2
+    assert (evaluate(row.expression, {**values, **dict(zip("xyz", middle.T, strict=True))}) <= 0).all()
+
+
+def test_the_convex_are_those_that_are():
+    assert {name for name, row in catalogue().items() if row.is_convex} == {
+        "sphere", "ellipsoid", "biconvex", "plano_convex", "ball", "rod", "prism", "cone"
+    }  # fmt: skip
