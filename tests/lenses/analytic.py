@@ -269,7 +269,8 @@ def _next(faces: list[Face], o: Array, d: Array, on: Array) -> tuple[Array, Arra
     for i, face in enumerate(faces):
         t = face.roots(o, d)
         if isinstance(face, Round) and face.m:  # past its tip, two roots are one to the root of rounding
-            close |= _dot(*[np.cross(np.array([0, 0, face.tip]) - o, d)] * 2) < 1e-16
+            past = np.cross(np.array([0, 0, face.tip]) - o, d)
+            close |= _dot(past, past) < 1e-12
         with np.errstate(invalid="ignore"):
             known = np.argmin(np.where(np.isnan(t), np.inf, np.abs(t)), -1)
             t[(on == i).nonzero()[0], known[on == i]] = np.nan  # where the ray stands
