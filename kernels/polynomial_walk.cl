@@ -9,7 +9,8 @@
 // so a step of h passes no root, and near a simple one it is Newton's own. The bounds of f'' come from its Bernstein
 // coefficients on what is left of the ray, a range that shrinks with every step. Where f has fallen below the bound of
 // its own rounding, a crossing is proved if the slope there is more than that rounding and the curvature can undo;
-// where it is not, the ray is undecided.
+// where it is not, the ray is undecided. Curvature of either sign: where f bends down there is a crossing for certain,
+// but Newton's step to it from a slope near zero goes anywhere.
 //
 // source    Kalra & Barr, Guaranteed ray intersections with implicit surfaces, SIGGRAPH 1989
 
@@ -33,7 +34,9 @@ static inline maskv SURFACE(walk)(const realv a[SURFACE(DEGREE) + 1], realv nois
     // Arrived where f may be zero: is it a crossing?
     const maskv arrives = s[0] <= noise;
     const realv within = (realv)2 * (abs_v(s[0]) + noise) / falls;  // a crossing lies so near
-    const maskv crosses = (falls > (realv)0) & (falls * falls > (realv)4 * noise * high) & (t + within <= (realv)1);
+    const realv bend = max_v(high, m);
+    const maskv crosses =
+        (falls > (realv)0) & (falls * falls > (realv)4 * noise * bend) & (t + within <= (realv)1);
     const maskv found = steps & arrives & crosses;
     root->t = found ? t + s[0] / falls : root->t;
     root->low = found ? t - within : root->low;

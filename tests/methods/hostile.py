@@ -1,4 +1,4 @@
-"""Rays that try to make a search of first roots fail, in a lens's own space: aimed, grazing, tangent, along axes, at thin parts."""
+"""Rays that try to make a search of first roots fail: tangent, grazing, along axes, from the surface itself."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lenscl.tracing import Placement
 
 Array = NDArray[np.float64]
 _PROJECTIONS = 60  # of Newton's steps to the surface; a thin tube is a double root until they are near
-_SHRINK = 2.0**-12  # of the box: rays start this far within it, outside the solid, so that no step to the box rounds them
+_SHRINK = 2.0**-12  # of the box: rays start so far within it, yet outside the solid; no step into the box rounds them
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,23 +56,22 @@ class Aim:
         kinds = [shuffled[rays.ordinary[shuffled] == kind][: count // 2] for kind in (True, False)]
         return rays.some(np.concatenate(kinds))
 
-    def entering(self, through: Array, direction: Array, ordinary: NDArray[np.bool_]) -> Rays:
-        """Return rays from where they enter the box, those that do, along directions that `trace_rays` leaves alone."""
-        for _ in range(3):
+    def entering(
+        self, through: Array, direction: Array, ordinary: NDArray[np.bool_], enter: float | None = None
+    ) -> Rays:
+        """Return rays from where they enter the box (or from `enter`), along directions that `trace_rays` leaves alone.
+
+        What does not meet the box is left out, and so is a direction that does not settle as a unit vector.
+        """
+        for _ in range(4):
             direction = unit(direction)
         with np.errstate(divide="ignore", invalid="ignore"):
             sides = (self.low - through) / direction, (self.high - through) / direction
-        enter, leave = np.fmin(*sides).max(axis=1), np.fmax(*sides).min(axis=1)
-        kept = (enter < leave) & np.all(unit(direction) == direction, axis=1)
-        origin = through + np.where(kept, enter, 0.0)[:, None] * direction
-        return Rays(origin[kept], direction[kept], (leave - enter)[kept] + 4 * _SHRINK * self.size, ordinary[kept])
-
-    def leaving(self, origin: Array, direction: Array) -> Array:
-        """Return how far rays that start in the box are from leaving it."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ends = np.fmax((self.low - origin) / direction, (self.high - origin) / direction)
-        length: Array = np.fmin.reduce(ends, axis=1) + 4 * _SHRINK * self.size
-        return length
+        start, end = np.fmin(*sides).max(axis=1), np.fmax(*sides).min(axis=1)
+        kept = (start < end) & np.all(unit(direction) == direction, axis=1)
+        start = start if enter is None else np.full(len(end), enter)
+        origin = through + np.where(kept, start, 0.0)[:, None] * direction
+        return Rays(origin, direction, end - start + 4 * _SHRINK * self.size, ordinary).some(kept)
 
     def aimed(self, count: int) -> tuple[Array, Array]:
         """Anywhere in the box, from all round."""
@@ -123,6 +122,19 @@ class Aim:
         eighth = slice(0, count // 8)
         point[eighth] *= np.where(self.rng.random((count // 8, 3)) < 0.5, 1.0, self._tiny((count // 8, 3)))
         return point, self.rng.normal(size=(count, 3))
+
+    def starting(self, count: int) -> Rays:
+        """Return rays that start in the box: a third on the surface, to rounding, the others down to 1e-15 beside it.
+
+        Half of them run along it, tilted to it by little.
+        """
+        point, normal = self.surface_points(count)
+        beside = self._signs((count, 1)) * self.size * 10.0 ** self.rng.uniform(-15.0, -1.0, (count, 1))
+        away = np.where(self.rng.random((count, 1)) < 1 / 3, 0.0, beside)
+        along = self._tangents(normal)[0] + self._tiny((count, 1)) * normal
+        direction = np.where(self.rng.random((count, 1)) < 0.5, along, self.rng.normal(size=(count, 3)))
+        rays = self.entering(point + away * normal, direction, np.zeros(count, dtype=bool), enter=0.0)
+        return rays.some(np.all((rays.origin > self.low) & (rays.origin < self.high), axis=1))
 
     def surface_points(self, count: int) -> tuple[Array, Array]:
         """Return points of the surface, to rounding, and unit normals."""

@@ -1,4 +1,4 @@
-"""Judge what a search says of rays: float64 companion matrices for all of them, certified isolation for what they leave open."""
+"""Judge what a search says of rays: companion matrices for all of them, certified isolation for what is left open."""
 
 from __future__ import annotations
 
@@ -30,6 +30,10 @@ class Answers:
     t: Array
     found: Mask
     undecided: Mask
+
+    def some(self, which: Mask) -> Answers:
+        """Return the answers of some rays."""
+        return Answers(self.t[which], self.found[which], self.undecided[which])
 
 
 @dataclass(eq=False)
@@ -175,15 +179,16 @@ class Judge:
     def nearly_touches(self, ray: int, times: float = 1.0) -> bool:
         """Say whether F all but touches 0 on this ray, so that rounding, TOUCH times so many, may hide what it does.
 
-        It does if the solid, grown and shrunk by that, is met differently; or if a root is all but a multiple one, where F's
-        slope is no more than such a rounding and F's curvature can undo, or there is no slope.
+        It does if the solid, grown and shrunk by that, is met differently; or if a root is all but a multiple one,
+        where F's slope is no more than such a rounding and F's curvature can undo, or there is no slope.
         """
         terms = float(self.terms[ray])
         shift = TOUCH * EPSILON[self.precision] * terms * times
         proofs = [self.proof(ray, level) for level in (-shift, 0.0, shift)]
         if len({(each.start, sum(root.crosses for root in each.roots)) for each in proofs}) > 1:
             return True
-        roots = np.array([float(root.t) for each in proofs for root in each.roots])
+        known = [0.0] if self.departs else []  # the root that is removed is a touch, too, where the ray departs along F
+        roots = np.array([*known, *(float(root.t) for each in proofs for root in each.roots)])
         rise = self._slopes(np.full(len(roots), ray), roots) * self.rays.length[ray]
         return not (rise**2 > 16.0 * shift * terms).all()
 
@@ -198,7 +203,7 @@ def size_of_terms(expression: Expr, at: Mapping[str, Any]) -> Array:
                 sizes[each] = np.abs(at[str(each.name)])
             case _ if each.value is not None:
                 sizes[each] = abs(each.value)
-            case ("+" | "-"), [u, v]:
+            case (("+" | "-"), [u, v]):
                 sizes[each] = u + v
             case "*", [u, v]:
                 sizes[each] = u * v
@@ -206,9 +211,9 @@ def size_of_terms(expression: Expr, at: Mapping[str, Any]) -> Array:
                 sizes[each] = u / v
             case "power", [u, n]:
                 sizes[each] = u**n
-            case ("min" | "max"), [u, v]:
+            case (("min" | "max"), [u, v]):
                 sizes[each] = np.maximum(u, v)
-            case ("neg" | "abs"), [u]:
+            case (("neg" | "abs"), [u]):
                 sizes[each] = u
             case "cbrt", [u]:
                 sizes[each] = np.cbrt(u)

@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 from methods.hostile import Aim, Array, Rays
 from methods.judging import Answers, Judge
+from methods.searches import Search
 from scenes import make_scene
 
 from lenscl import RayStatus, device, trace_rays
 from lenscl.config import Scene
 from lenscl.methods import METHODS
+from lenscl.tracing import locate
 
 pytest.importorskip("flint", reason="python-flint, of the extra `accuracy`, is not installed")
 
@@ -73,10 +75,10 @@ def assert_faultless(counts: Counter[str]) -> None:
     assert not any(faults.values()), counts
 
 
-# The greatest share of ordinary and of hostile rays that is left undecided, by precision and method; measured are two thirds
+# The greatest shares of ordinary and of hostile rays that are left undecided; measured are up to two thirds of them
 USUAL = {"double": (0.001, 0.02), "single": (0.001, 0.3)}
 OF_POLYNOMIALS = {"double": (0.001, 0.1), "single": (0.02, 0.5)}
-IN_SINGLE = {"thin torus": (0.02, 0.9), "sextic": (0.4, 0.8)}  # their terms are large beside them: most are traced in double
+IN_SINGLE = {"thin torus": (0.02, 0.9), "sextic": (0.4, 0.8)}  # large terms: most of these are traced again in double
 
 
 def doubt(name: str, precision: str, method: str) -> tuple[float, float]:
@@ -91,8 +93,8 @@ def test_no_first_event_is_missed_or_invented(name: str, precision: str, method:
     judge = judge_of(name, precision, count)
     assert len(judge.given.length) == count
     answers, statuses = traced(scene_of(LENSES[name]), judge.given, method, precision)
-    counts = judge.verdict(answers, certify, look=certify // 10)
-    print(name, precision, method, dict(counts))
+    look = 0 if (name, precision) == ("heart", "single") else certify // 10  # its cube root has no slope on the axis
+    counts = judge.verdict(answers, certify, look=look)
     assert_faultless(counts)
     ordinary, hostile = (2 * counts[kind] / count for kind in ("undecided, ordinary", "undecided"))
     most = doubt(name, precision, method)
@@ -105,3 +107,42 @@ def test_no_first_event_is_missed_or_invented(name: str, precision: str, method:
     assert min(judge.judged.found.sum(), (~judge.judged.found).sum()) > count // 6
     assert counts["right"] + counts["undecided"] + counts["undecided, ordinary"] > certify // 2
     assert min(counts["certified, crossed"], certify - counts["certified, crossed"]) > certify // 10 or name == "heart"
+
+
+STARTS = [(n, m) for n, precision, m in CASES if precision == "double" and n not in ("sphere", "thin torus", "sextic")]
+
+
+@pytest.mark.parametrize(("name", "method"), STARTS)
+def test_rays_from_beside_and_on_the_surface_meet_the_next_crossing(name: str, method: str) -> None:
+    scene = scene_of(LENSES[name])
+    aim = Aim(scene.lenses[0], 5)
+    rays = aim.starting(2400)
+    inside, on = locate(scene, rays.origin)
+    answers, _ = traced(scene, rays, method, "double")
+    enters = np.sum(aim.slopes(rays.origin) * rays.direction, axis=1) < 0.0
+    for departs in (False, True):
+        which = (on == 0) == departs
+        judge = Judge(scene.lenses[0], rays.some(which), "double", (enters if departs else inside == 0)[which], departs)
+        counts = judge.verdict(answers.some(which), 30, look=10)
+        assert_faultless(counts)
+        assert min(counts["found"], counts["rays"] - counts["found"]) > 200
+        assert counts["undecided"] < 0.16 * counts["rays"]
+        assert (judge.side < 0).sum() > 300
+
+
+@pytest.mark.parametrize("method", methods_for(scene_of(LENSES["torus"])))
+def test_the_same_in_single_precision(method: str) -> None:
+    lens = scene_of(LENSES["torus"]).lenses[0]
+    aim = Aim(lens, 6)
+    search = Search(lens.surface, lens.values, method=method, precision="single", width=8)
+    rays = aim.starting(3600).rounded()
+    for departs in (False, True):
+        far = np.abs(aim.values(rays.origin)) > 1e-6
+        some = rays.some(~far if departs else np.ones(len(far), dtype=bool))
+        slope = np.sum(aim.slopes(some.origin) * some.direction, axis=1)
+        inside = slope < 0 if departs else aim.values(some.origin) < 0
+        judge = Judge(lens, some, "single", inside, departs)
+        roots = search(some.origin, some.direction, some.length, inside, departs)
+        counts = judge.verdict(Answers(roots.t, roots.found, roots.undecided), 30, look=10)
+        assert_faultless(counts)
+        assert min(counts["found"], counts["rays"] - counts["found"]) > 200
