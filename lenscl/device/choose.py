@@ -13,6 +13,7 @@ from typing import Any
 
 from lenscl.device.environment import opencl
 from lenscl.device.runtime import Device
+from lenscl.device.unknown_cpu import name_processor
 from lenscl.errors import NoDeviceError
 
 _VARIABLE = "LENSCL_DEVICE"
@@ -91,10 +92,13 @@ def _describe(platform: Any, handle: Any) -> Device:
     cl = opencl()
     kinds = {cl.device_type.GPU: "gpu", cl.device_type.CPU: "cpu", cl.device_type.ACCELERATOR: "accelerator"}
     kind = next((name for flag, name in kinds.items() if handle.type & flag), "other")
+    driver = f"{platform.version.strip()}, {handle.driver_version.strip()}"
+    if kind == "cpu" and _is_pocl(platform.name) and (target := name_processor(handle.int_ptr)) is not None:
+        driver += f", compiling for {target}, for it does not know this processor"
     return Device(
         platform=platform.name.strip(),
         name=handle.name.strip(),
-        driver=f"{platform.version.strip()}, {handle.driver_version.strip()}",
+        driver=driver,
         kind=kind,
         has_double="cl_khr_fp64" in handle.extensions,
         widths=_widths(kind, handle),
@@ -119,9 +123,13 @@ def _supported(native: int) -> int:
 
 def _rank(device: Device) -> tuple[bool, bool, int, bool, list[int]]:
     version = [-int(part) for part in re.findall(r"\d+", device.driver)]
-    is_pocl = "portable computing language" in device.platform.lower()  # the packets are measured on it
     kind = _KIND_RANK.get(device.kind, len(_KIND_RANK))
-    return _is_simulator(device.label), not device.has_double, kind, not is_pocl, version
+    # Packets are measured on PoCL
+    return _is_simulator(device.label), not device.has_double, kind, not _is_pocl(device.platform), version
+
+
+def _is_pocl(platform: str) -> bool:
+    return "portable computing language" in platform.lower()
 
 
 def _is_simulator(label: str) -> bool:
