@@ -29,20 +29,14 @@ static inline realv cbrt_v(realv a) {
 
 // PoCL 3.0's pow of a double8 with a lane of 0, 1e-300, infinity or NaN is wrong in other lanes; that of a double4 is not.
 static inline realv pow_v(realv a, realv b) {
-#if VW == 16
-  realv c;
-  c.lo.lo = pow(a.lo.lo, b.lo.lo);
-  c.lo.hi = pow(a.lo.hi, b.lo.hi);
-  c.hi.lo = pow(a.hi.lo, b.hi.lo);
-  c.hi.hi = pow(a.hi.hi, b.hi.hi);
-  return c;
-#elif VW == 8
-  realv c;
-  c.lo = pow(a.lo, b.lo);
-  c.hi = pow(a.hi, b.hi);
-  return c;
-#else
+#if VW <= 4
   return pow(a, b);
+#else
+  real base[VW], exponent[VW];
+  store_lanes(a, base);
+  store_lanes(b, exponent);
+  for (int i = 0; i < VW; i += 4) vstore4(pow(vload4(0, base + i), vload4(0, exponent + i)), 0, base + i);
+  return load_lanes(base);
 #endif
 }
 

@@ -1,6 +1,6 @@
 // memory.cl: packets to and from the arrays of rays.
 //
-// provides  scatter(), gather(), store_pairs(), store_bytes()        needs  prelude
+// provides  scatter(), gather(), store_pairs(), store_bytes(), load_bytes()        needs  prelude
 
 // Write lane i to out[i * stride].
 static inline void scatter(realv v, global real *out, int stride) {
@@ -27,6 +27,9 @@ static inline void store_pairs(realv a, realv b, global real *out) {
 
 // Write lane i's small number to out[i], where a packet's begin. Not vstore: on PoCL it goes byte by byte.
 static inline void store_bytes(maskv m, global uchar *out) { *(global ubytev *)out = to_bytes(m); }
+
+// Read lane i's small number, of either sign, from in[i], where a packet's begin.
+static inline maskv load_bytes(global const char *in) { return from_bytes(*(global const bytev *)in); }
 
 // Read lane i from in[i * stride].
 static inline realv gather(global const real *in, int stride) {

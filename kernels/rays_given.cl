@@ -1,7 +1,7 @@
 // rays_given.cl: rays that the caller gives, three numbers a point.
 //
 // provides  first_ray(), RAY_PARAMETERS, RAY_ARGUMENTS
-// needs     prelude, ray
+// needs     prelude, memory, ray
 
 #define RAY_PARAMETERS                                                                            \
   , global const real *restrict origins, global const real *restrict directions,                  \
@@ -15,6 +15,6 @@ static inline ray_t first_ray(const film_t *film, const source_t *source, int4 t
   const real3v origin = {gather(o, 3), gather(o + 1, 3), gather(o + 2, 3)};
   const real3v direction = {gather(d, 3), gather(d + 1, 3), gather(d + 2, 3)};
   const realv number = (realv)(real)first + LANES;
-  return new_ray(origin, direction, from_bytes(load_lanes(inside + first)), from_bytes(load_lanes(on + first)),
+  return new_ray(origin, direction, load_bytes(inside + first), load_bytes(on + first),
                  number < (realv)(real)tile.w);
 }

@@ -7,6 +7,7 @@
 #undef maskv
 #undef bitsv
 #undef ubytev
+#undef bytev
 #undef real3v
 #undef any_lane
 #undef not_lane

@@ -9,6 +9,7 @@
 #define maskv single_maskv
 #define bitsv single_bitsv
 #define ubytev single_ubytev
+#define bytev single_bytev
 #define real3v single_real3v
 #define any_lane single_any_lane
 #define not_lane single_not_lane

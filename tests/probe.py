@@ -14,7 +14,7 @@ from lenscl.codegen import VOCABULARY, fragment, head
 from lenscl.status import RayStatus
 
 REALS: dict[str, Any] = {"single": np.float32, "double": np.float64}
-FORMS = [(p, w) for p, widths in (("single", (1, 4, 8, 16)), ("double", (1, 2, 8, 16))) for w in widths]
+FORMS = [(p, w) for p, widths in (("single", (1, 4, 8, 16, 32)), ("double", (1, 2, 8, 16))) for w in widths]
 
 
 def device_of_width(single: int, double: int) -> device.Device:

@@ -11,7 +11,7 @@ import hashlib
 import numpy as np
 
 from lenscl.codegen import fragment
-from lenscl.device import Device, Precision
+from lenscl.device import WIDEST, Device, Precision
 
 FILE = "bench_reference.cl"
 _SIDE = {"cpu": 512, "gpu": 2048}  # of its film, in pixels: neither a launch that is over at once nor a long wait
@@ -34,8 +34,9 @@ class FrozenKernel:
 
     def __init__(self, device: Device, precision: Precision, side: int | None = None) -> None:
         self._side = side or _SIDE.get(device.kind, _SIDE["cpu"])
-        self._packets = self._side**2 // device.width(precision)
-        self._program = device.build(frozen_text(precision, device.width(precision)), kind="bench")
+        width = min(device.width(precision), WIDEST)
+        self._packets = self._side**2 // width
+        self._program = device.build(frozen_text(precision, width), kind="bench")
         self._dtype = np.float32 if precision == "single" else np.float64
         film = [np.ascontiguousarray(each, self._dtype) for each in self.film()]
         self._ends = [device.empty(each.nbytes) for each in film]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lenscl.device import Device, Precision
+from lenscl.device import WIDEST, Device, Precision
 
 _CHAINS = 12  # independent sums in flight: more than latency times ports of today's processors
 _ROUNDS = 20_000
@@ -27,7 +27,7 @@ kernel void peak(global REAL *numbers, const int rounds) {
 
 def multiply_add_peak(device: Device, precision: Precision, tries: int = 5) -> float:
     """Return the most flop/s seen in a few tries; a multiply-add counts two."""
-    width = device.width(precision)
+    width = min(device.width(precision), WIDEST)
     real, dtype = ("float", np.float32) if precision == "single" else ("double", np.float64)
     total = " + ".join(f"all.s{lane:x}" for lane in range(width)) if width > 1 else "all"
     sums = [f"sum_{chain}" for chain in range(_CHAINS)]  # named: in an array, PoCL may run one chain after the other

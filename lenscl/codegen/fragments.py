@@ -20,7 +20,13 @@ _REALS = {
 }
 
 
-VOCABULARY = ("prelude.cl", "functions.cl", "waves.cl", "memory.cl")  # the fragments that all others are written in
+VOCABULARY = (
+    "lanes.cl",
+    "prelude.cl",
+    "functions.cl",
+    "waves.cl",
+    "memory.cl",
+)  # the fragments that all others are written in
 
 
 @cache
@@ -50,7 +56,7 @@ def generated(what: str) -> str:
 
 
 def head(precision: Precision, width: int) -> str:
-    """Return the definitions that kernels/prelude.cl expects: the precision and the lanes of a packet."""
+    """Return the definitions that kernels/lanes.cl expects: the precision and the lanes of a packet."""
     return _head("double" if precision == "mixed" else precision, width, inputs_rounded=False)
 
 

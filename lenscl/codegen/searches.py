@@ -41,7 +41,7 @@ def _in_single(structure: Structure, prefixes: Sequence[str]) -> Iterator[str]:
     yield located("search.cl")
     yield located("words_single.cl")
     yield head_again("single", structure.width, inputs_rounded=True)
-    yield from (located(name) for name in (*VOCABULARY[:3], "search.cl"))
+    yield from (located(name) for name in (*VOCABULARY[:4], "search.cl"))
     yield generated("the numbers of a scene that the searches read")
     yield method_struct(structure).declare()
     yield from (shape_struct(structure.surfaces()[prefix], f"{prefix}_single_t").declare() for prefix in prefixes)

@@ -5,7 +5,7 @@ imports pyopencl, and it knows nothing of lenses.
 
 >>> from lenscl import device
 >>> best = device.choose()
->>> best.width("double") in (1, 2, 4, 8, 16)
+>>> best.width("double") in (1, 2, 4, 8, 16, 32)
 True
 """
 
@@ -13,9 +13,10 @@ from __future__ import annotations
 
 from lenscl.device.choose import choose, devices
 from lenscl.device.environment import cache_folder, problems
-from lenscl.device.runtime import Buffer, Device, Precision, Program, compile_count
+from lenscl.device.runtime import WIDEST, Buffer, Device, Precision, Program, compile_count
 
 __all__ = [
+    "WIDEST",
     "Buffer",
     "Device",
     "Precision",

@@ -113,12 +113,15 @@ def _widths(kind: str, handle: Any) -> tuple[int, int]:
         return 1, 1
     single, double = handle.native_vector_width_float, handle.native_vector_width_double
     if single >= 16:
-        double *= 2  # AVX-512 has registers enough for two chains at once: each fills the other's waits for roots
+        single, double = (
+            2 * single,
+            2 * double,
+        )  # AVX-512 has registers enough for two chains: each fills the other's waits
     return _supported(single), _supported(double)
 
 
 def _supported(native: int) -> int:
-    return max(width for width in (1, 2, 4, 8, 16) if width <= max(native, 1))
+    return max(width for width in (1, 2, 4, 8, 16, 32) if width <= max(native, 1))
 
 
 def _rank(device: Device) -> tuple[bool, bool, int, bool, list[int]]:

@@ -20,6 +20,7 @@ from lenscl.device.environment import opencl
 from lenscl.errors import BuildError, NoDeviceError, TraceError
 
 Precision: TypeAlias = Literal["single", "double"]
+WIDEST = 16  # lanes of OpenCL's own vectors; packets may be wider
 
 _LOCAL_SIZE = {"gpu": 64, "cpu": 8}  # work-items a group; a packet already fills a CPU's registers
 _RUN = {"cpu": 16}  # what a packet's work-item reads is then read once for 16; a GPU wants them all at once

@@ -1,6 +1,6 @@
 """Expressions as OpenCL C: shared parts become named temporaries, integer powers become products.
 
-The text is written in the words of `kernels/prelude.cl`: `real` (a scalar) and `realv` (one value a ray, VW of them).
+The text is written in the words of `kernels/lanes.cl`: `real` (a scalar) and `realv` (one value a ray, VW of them).
 Only this module spells numbers, by precision.
 """
 
@@ -29,7 +29,8 @@ bool char uchar short ushort int uint long ulong half float double quad real
 _WORDS = """
 auto break case const constant continue default do else enum extern for global goto if inline kernel local private
 PASTE PASTE_ LANES VW REAL MASK REAL_MAX NUMBER NAN INFINITY MAXFLOAT HUGE_VAL HUGE_VALF
-RUN WAVES_REACH IS_DOUBLE PART ROUNDER store_lanes load_lanes to_bytes from_bytes ubytev bitsv
+RUN WAVES_REACH IS_DOUBLE PART ROUNDER OF_HALVES OF_ONE OF_TWO
+store_lanes load_lanes to_bytes from_bytes ubytev bytev bitsv anywhere_realv
 as_bits as_numbers to_bits to_numbers
 read_only read_write register restrict return signed sizeof static struct switch typedef uniform union unsigned void
 volatile while pipe complex imaginary image2d_t event_t sampler_t size_t ptrdiff_t intptr_t uintptr_t maskv mask
@@ -56,6 +57,10 @@ class CText:
 
     statements: tuple[str, ...]
     results: Mapping[str, str]
+
+    def after(self, first: Iterable[str]) -> CText:
+        """Return the same behind other statements."""
+        return CText((*first, *self.statements), self.results)
 
 
 def c_text(

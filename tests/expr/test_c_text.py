@@ -9,13 +9,16 @@ import numpy as np
 import pyopencl as cl
 import pytest
 
+from lenscl import device
 from lenscl.expr import c_text, differentiate, evaluate, gradient, parse
 from lenscl.expr.c_writer import RESERVED_WORDS, spell_number
 from lenscl.expr.graph import node, number, symbol
 from lenscl.lenses import catalogue
 
 KERNELS = Path(__file__).parents[2] / "kernels"
-VOCABULARY = "".join((KERNELS / name).read_text() for name in ("prelude.cl", "functions.cl", "waves.cl", "memory.cl"))
+VOCABULARY = "".join(
+    (KERNELS / name).read_text() for name in ("lanes.cl", "prelude.cl", "functions.cl", "waves.cl", "memory.cl")
+)
 POINTS = 1024
 COORDINATES = {name: f"p.{name}" for name in "xyz"}
 BUILDS = [(precision, width) for precision in ("single", "double") for width in (1, 4, 8, 16)]
@@ -23,9 +26,7 @@ BUILDS = [(precision, width) for precision in ("single", "double") for width in 
 
 @pytest.fixture(scope="session")
 def context():
-    found = [each for each in cl.get_platforms() if each.name == "Portable Computing Language"]
-    assert found, "these tests need PoCL: pip install pocl-binary-distribution"
-    return cl.Context(found[0].get_devices()[:1])
+    return cl.Context([device.choose("Portable Computing Language").handle])
 
 
 def _run(context, outputs, values, parameters, precision, width, spelled=None):
