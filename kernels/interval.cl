@@ -1,7 +1,6 @@
 // interval.cl: all that an expression can be on a segment of a ray, as a band about a straight line.
 //
-// provides  band_t, band3_t, segment_t; make_segment(), coordinate_error(), band_on_segment(); band_reach(), band_low(),
-//           band_high(), band_pick(), band_between(), band_known()
+// provides  band_t; coordinate_error(); band_reach(), band_low(), band_high(), band_pick(), band_between(), band_known()
 // needs     prelude; REAL_EPSILON, REAL_TINY
 // source    affine arithmetic cut down to one shared term: Knoll, Hijazi, Kensler, Schott, Hansen, Hagen, Fast ray
 //           tracing of arbitrary implicit surfaces with interval and affine arithmetic, CGF 28(1), 2009
@@ -29,10 +28,6 @@ typedef struct {
   realv mid, rise, error;
 } band_t;
 
-typedef struct {
-  band_t x, y, z;
-} band3_t;
-
 // How far a band reaches from mid, rounded up.
 static inline realv band_reach(band_t a) { return (abs_v(a.rise) + a.error) * WIDEN + ROUNDING * abs_v(a.mid); }
 
@@ -59,22 +54,7 @@ static inline band_t band_known(maskv known, band_t a) {
   return c;
 }
 
-typedef struct {
-  realv mid, reach;  // places from mid - reach to mid + reach, rounded outwards
-} segment_t;
-
-static inline segment_t make_segment(realv start, realv end) {
-  const realv mid = HALF * (start + end);
-  const segment_t segment = {mid, max_v(end - mid, mid - start) * WIDEN};
-  return segment;
-}
-
-// What a coordinate's band on any segment up to `length` may be wrong by: roundings of o, of t d twice and of reach d.
-static inline realv coordinate_error(realv o, realv d, realv length) {
-  return (realv)(1 + INPUT_ROUNDINGS) * ROUNDING * (abs_v(o) + (realv)2 * length * abs_v(d)) + UNDERFLOW;
-}
-
-static inline band_t band_on_segment(realv o, realv d, realv error, segment_t segment) {
-  const band_t c = {o + segment.mid * d, segment.reach * d, error};
-  return c;
+// What a coordinate o + t d may be wrong by, t in [0, 1]: roundings of o, of t d twice and of the sum.
+static inline realv coordinate_error(realv o, realv d) {
+  return (realv)(1 + INPUT_ROUNDINGS) * ROUNDING * (abs_v(o) + (realv)2 * abs_v(d)) + UNDERFLOW;
 }

@@ -1,7 +1,7 @@
 // interval_functions.cl: functions of bands that are neither roots nor powers.
 //
 // provides  band_exp(), band_log(), band_sin(), band_cos(), band_tan(), band_tanh(), band_atan2()
-// needs     prelude, interval, interval_arithmetic, interval_powers
+// needs     prelude, interval, interval_arithmetic, interval_curves, interval_powers
 
 static inline band_t band_exp(band_t a) {
   const realv value = exp(a.mid);
@@ -15,15 +15,25 @@ static inline band_t band_log(band_t a, realv least) {
   return band_known((low > (realv)0) & (a.mid >= low) & (band_high(a) < (realv)REAL_MAX), bent);
 }
 
-// A wave of height 1 whose slope is known at the middle; beyond one radian it may be all of [-1, 1]. Its curvature is
-// the wave turned round, which no place of the band differs from the middle's by more than its reach.
+// A wave of height 1 whose value and slope are known at the middle, seen from there: value cos(v) + slope sin(v), |v| <= r,
+// the band's reach, where
+//
+//   cos(v) lies in [1 - r^2 / 2, 1],   sin(v) within r^3 / 24 + r^5 / 120 of (1 - r^2 / 8) v;
+//
+// for r > 3 / 2 it may be all of [-1, 1].
 static inline band_t band_wave(band_t a, realv value, realv slope) {
   const realv reach = band_reach(a);
-  const realv curve_low = max_v((realv)-1, -value - reach);
-  const realv curve_high = min_v((realv)1, reach - value);
+  const realv square = reach * reach;
+  const realv leaning = slope * ((realv)1 - (realv)NUMBER(0.125) * square);
+  const realv falls = (realv)NUMBER(0.25) * square * abs_v(value);
+  const realv bends = reach * square * ((realv)NUMBER(0.041666666666666667) + (realv)NUMBER(0.0083333333333333333) * square) *
+                      abs_v(slope);
+  const band_t near = {value - (realv)NUMBER(0.25) * square * value, leaning * a.rise,
+                       (abs_v(leaning) * a.error + (falls + bends) * LOOSEN +
+                        ((realv)(SIN_ULP + 3) * ROUNDING) * (abs_v(value) + abs_v(slope) * reach) + UNDERFLOW) *
+                           WIDEN};
   const band_t all = {(realv)0, (realv)0, (realv)1};
-  return band_known(reach < (realv)REAL_MAX,
-                    band_pick(reach > (realv)1, all, band_bent(a, value, slope, curve_low, curve_high, SIN_ULP)));
+  return band_known(reach < (realv)REAL_MAX, band_pick(reach > (realv)NUMBER(1.5), all, near));
 }
 
 static inline band_t band_sin(band_t a) { return band_wave(a, sin_v(a.mid), cos_v(a.mid)); }

@@ -1,50 +1,23 @@
 // interval_powers.cl: quotients, roots and powers of bands.
 //
-// provides  band_bent(), the *_ULP; band_reciprocal(), band_divide(), band_sqrt(), band_cbrt(), band_hypot(), band_pow()
-// needs     prelude, interval, interval_arithmetic
+// provides  band_reciprocal(), band_divide(), band_sqrt(), band_cbrt(), band_hypot(), band_pow()
+// needs     prelude, functions, interval, interval_arithmetic, interval_curves
 //
 // least: the operand is never below it, as is known of the expression; so only rounding and bending lead there.
 
-// Relative errors of OpenCL's functions in units of ROUNDING (ulp; full profile, OpenCL C 1.2, table 7.1; division and
-// sqrt are exact in double, 2.5 and 3 ulp in single), and of the prelude's cube root
-#define DIVIDE_ULP 3
-#define SQRT_ULP 3
-#define CBRT_ULP 2
-#define EXP_ULP 3
-#define LOG_ULP 3
-#define SIN_ULP 4
-#define TAN_ULP 5
-#define ATAN_ULP 6
-#define TANH_ULP 5
-#define POW_ULP 16
-
-// g(a) = value + slope (a - mid) + c (a - mid)^2 / 2, where g'' is c, between curve_low and curve_high over the band.
-//
-//   ulps   bounds the relative errors of value and slope; curve_low and curve_high may be wrong by 60
-static inline band_t band_bent(band_t a, realv value, realv slope, realv curve_low, realv curve_high, int ulps) {
-  const realv reach = band_reach(a);
-  const realv half_square = HALF * reach * reach * LOOSEN;
-  const realv below = curve_low < (realv)0 ? curve_low * half_square : (realv)0;
-  const realv above = curve_high > (realv)0 ? curve_high * half_square : (realv)0;
-  const realv bend = above - below;
-  const band_t c = {value + HALF * (below + above), slope * a.rise,
-                    (abs_v(slope) * a.error + (HALF + (realv)4 * ROUNDING) * bend +
-                     ((realv)(ulps + 2) * ROUNDING) * (abs_v(value) + abs_v(slope) * reach) +
-                     (UNDERFLOW + UNDERFLOW * reach)) *
-                        WIDEN};
-  return c;
-}
-
-// 1 / a, of one sign. least: a is never below it.
+// 1 / a, of one sign. least: a is never below it. With a and b > a the ends nearer to zero and farther, the chord's slope
+// is -1 / (a b), and the tangent lies (1 / sqrt(a) - 1 / sqrt(b))^2 lower, where (sqrt(a) + sqrt(b))^2 >= 3 a + b.
 static inline band_t band_reciprocal(band_t a, realv least) {
   const realv low = max_v(band_low(a), least);
   const realv high = band_high(a);
-  const realv near = low > (realv)0 ? low : high;
-  const realv value = (realv)1 / a.mid;
-  const realv curve = (realv)2 / (near * near * near);
-  const band_t bent = band_bent(a, value, -value * value, curve, curve, 2 * DIVIDE_ULP + 1);
-  const maskv one_sign = ((low > (realv)0) & (a.mid >= low)) | (high < (realv)0);
-  return band_known(one_sign & (high < (realv)REAL_MAX) & (low > (realv)-REAL_MAX), bent);
+  const maskv above = low > (realv)0;
+  const realv near = above ? low : -high;
+  const realv far = above ? high : -low;
+  const realv slope = (realv)1 / (near * far);
+  const realv fall = (far - near) * slope;
+  const band_t c = band_chord(band_pick(above, a, band_negate(a)), near, far, far * slope, -slope,
+                              -fall * fall / ((far + (realv)3 * near) * slope), DIVIDE_ULP + 2);
+  return band_known((near > (realv)0) & (far < (realv)REAL_MAX), band_pick(above, c, band_negate(c)));
 }
 
 // a / b = q + (a - q b) / b with q = a.mid / b.mid: what is left is small, so that little is lost by the reciprocal.
@@ -54,34 +27,39 @@ static inline band_t band_divide(band_t a, band_t b, realv least) {
   return band_shift(band_multiply(left, band_reciprocal(b, least)), q);
 }
 
+// The chord's slope is 1 / (r + s), r and s the roots at the ends; the tangent lies (s - r)^2 / (4 (r + s)) higher.
 static inline band_t band_sqrt(band_t a, realv least) {
   const realv low = max_v(band_low(a), least);
   const realv high = band_high(a);
   const realv root_low = sqrt(low);
-  const realv value = sqrt(a.mid);
-  const band_t bent = band_bent(a, value, HALF / value, (realv)NUMBER(-0.25) / (low * root_low), (realv)0,
-                                SQRT_ULP + DIVIDE_ULP);
-
-  // Near zero, where the slope is unbounded, take the range. The curve is a better bound from low = high / 16 on
-  const band_t range = band_between(low > (realv)0 ? root_low : (realv)0, sqrt(high), SQRT_ULP);
-  return band_known((low >= (realv)0) & (high < (realv)REAL_MAX),
-                    band_pick(((realv)16 * low > high) & (a.mid >= low), bent, range));
+  const realv slope = (realv)1 / (root_low + sqrt(high));
+  const realv climb = (high - low) * slope;
+  const band_t c = band_chord(a, low, high, root_low, slope, (realv)NUMBER(0.25) * climb * climb * slope,
+                              SQRT_ULP + DIVIDE_ULP + 1);
+  return band_known((low >= (realv)0) & (high < (realv)REAL_MAX), c);
 }
 
+// On one side of zero the chord's slope is 1 / (r^2 + r s + s^2), r and s > r the roots of the ends nearer to zero and
+// farther. It meets the curve's slope at c with c^2 = (r^2 + r s + s^2) / 3, where the tangent lies
+// slope (c - r)(s - c)(r + c + s) higher; and (c - r)(s - c) <= (s - r)^2 / 4, c <= (r + s) / 2 + (s - r) / 12.
 static inline band_t band_cbrt(band_t a) {
   const realv low = band_low(a);
   const realv high = band_high(a);
   const realv root_low = cbrt_v(low);
   const realv root_high = cbrt_v(high);
-  const realv value = cbrt_v(a.mid);
-  const realv near = low > (realv)0 ? root_low : root_high;  // the end nearer to zero
-  const realv near_squared = near * near;
-  const realv curve = (realv)NUMBER(-0.22222222222222222) / (near_squared * near_squared * near);
-  const band_t bent = band_bent(a, value, (realv)1 / ((realv)3 * value * value), curve, curve,
-                                3 * CBRT_ULP + DIVIDE_ULP + 2);
+  const maskv above = low >= (realv)0;
+  const maskv below = high <= (realv)0;
+  const realv near = above ? root_low : -root_high;
+  const realv far = above ? root_high : -root_low;
+  const realv slope = (realv)1 / (near * near + near * far + far * far);
+  const realv climb = (high - low) * slope;
+  const realv bulge = (realv)NUMBER(0.25) * slope * climb * climb *
+                      ((realv)NUMBER(1.5) * (near + far) + (realv)NUMBER(0.083333333333333333) * climb);
+  const band_t c = band_chord(band_pick(above, a, band_negate(a)), above ? low : -high, above ? high : -low, near, slope,
+                              bulge, 2 * CBRT_ULP + DIVIDE_ULP + 3);
   const band_t range = band_between(root_low, root_high, CBRT_ULP);
-  const maskv away = ((realv)16 * low > high) | ((realv)16 * high < low);
-  return band_known((low > (realv)-REAL_MAX) & (high < (realv)REAL_MAX), band_pick(away, bent, range));
+  return band_known((low > (realv)-REAL_MAX) & (high < (realv)REAL_MAX),
+                    band_pick(above, c, band_pick(below, band_negate(c), range)));
 }
 
 static inline band_t band_hypot(band_t a, band_t b) {

@@ -1,21 +1,28 @@
 // search_interval.cl: the first root by bounds of F and of its slope on segments of the ray; no crossing is missed.
 //
 // provides  SURFACE(isolate)()
-// needs     prelude, functions, interval, search, SURFACE(band)(), SURFACE(slope_band)()
+// needs     prelude, functions, interval, interval_polynomials, search, SURFACE(parts)(), SURFACE(band)(),
+//           SURFACE(start_band)(), SURFACE(slope_band)()
 // source    Mitchell, Robust ray intersection with interval arithmetic, Graphics Interface 1990, for the tests of
-//           sign and slope; the bands' own lines say where to look next
+//           sign and slope; Kalra & Barr, Guaranteed ray intersections with implicit surfaces, SIGGRAPH 1989, for steps
+//           that pass no root. Here the slope's band is a line, and so its integral a parabola
 //
-// See F as G, positive on the ray's side. Ahead of `clear` there is no crossing, by proof. A segment from there on is
-//   without a crossing  if G's band is nowhere negative, or if G rises all along (it is not negative at the start);
-//   with exactly one    if G falls all along and is negative at its end.
-// Otherwise the bands' lines say up to where G is positive and from where it is negative, which closes in on a simple
-// root as fast as Newton's method; else the segment is halved. A ray that departs from the surface knows G = 0 at
-// t = 0: it goes on from where G has only risen, so there is neither a tolerance nor a least distance.
+// See F as G, positive on the ray's side. Ahead of `clear` there is no crossing, by proof: G(clear) >= 0. On a segment
+// from there on G' lies between two parallel lines, so G between two parabolas,
 //
-// Nothing here has a length of its own: scaling a scene by a power of two scales every number and changes no decision.
+//   G(clear) - (falls +- wrong) t - bends t^2 / 2,
+//
+// and no crossing is before the lower one's first root, which becomes `clear`. Up to the upper one's first root there is
+// one, and it is the only one if the upper line is negative between the two. Both roots close in on a simple crossing
+// with the third power of the segment's length. Where they say too little, a shorter segment is seen. A ray that departs
+// from the surface knows G = 0 at t = 0: it goes on from where G has only risen, so there is neither a tolerance nor a
+// least distance.
+//
+// t is in units of the ray's length in the box, and by halves of the segment in its parabolas: nothing here has a length
+// of its own, and scaling a scene by a power of two scales every number and changes no decision.
 
 #ifndef SCAN_LIMIT
-#define SCAN_LIMIT 4096  // segments; usual are 10. More only where F oscillates or its bounds say nothing: then UNDECIDED
+#define SCAN_LIMIT 4096  // segments; usual are 3. More only where F oscillates or its bounds say nothing: then UNDECIDED
 #endif
 #define FINEST ((realv)(8 * REAL_EPSILON))   // of t: a shorter segment has no places inside
 #define ONE_ROOT ((realv)(64 * REAL_EPSILON))  // of t: crossings that are closer are one
@@ -23,70 +30,82 @@
 static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const method_t *method) {
   const realv side = search.inside ? (realv)-1 : (realv)1;
   const real3v o = search.origin;
-  const real3v d = search.direction;
-  const real3v error = {coordinate_error(o.x, d.x, search.length), coordinate_error(o.y, d.y, search.length),
-                        coordinate_error(o.z, d.z, search.length)};
+  const real3v d = {search.direction.x * search.length, search.direction.y * search.length,
+                    search.direction.z * search.length};
+  const real3v drift = {coordinate_error(o.x, d.x), coordinate_error(o.y, d.y), coordinate_error(o.z, d.z)};
   realv clear = (realv)0;
-  realv end = search.length;    // nothing is searched beyond: the box ends, or G is negative
-  realv width = search.length;  // of the next segment
+  realv end = (realv)1;    // nothing is searched beyond: the box ends, or G is negative
+  realv width = (realv)1;  // of the next segment
   maskv on_root = search.departs;
   maskv negative = (maskv)0;    // lanes where G is negative at the end
   maskv scans = search.lanes & (search.length > (realv)0);
-  root_t root;
-  root.found = (maskv)0;
+  root_t root = no_root();
   root.undecided = search.lanes & not_lane(scans) & search.inside;
 
   for (int i = 0; i < SCAN_LIMIT && any_lane(scans); ++i) {
+    // See the surface on the segment, from its middle
     const realv stop = min_v(clear + width, end);
-    const segment_t segment = make_segment(clear, stop);
-    const band3_t p = {band_on_segment(o.x, d.x, error.x, segment), band_on_segment(o.y, d.y, error.y, segment),
-                       band_on_segment(o.z, d.z, error.z, segment)};
-    const band_t f = SURFACE(band)(p, shape);
+    const realv length = stop - clear;
+    const realv mid = HALF * (clear + stop);
+    const realv half_length = max_v(stop - mid, mid - clear) * WIDEN;
+    const real3v middle = at3(o, d, mid);
+    const real3v along = {half_length * d.x, half_length * d.y, half_length * d.z};
+    const real3v reach = {abs_v(middle.x) + abs_v(along.x) + drift.x, abs_v(middle.y) + abs_v(along.y) + drift.y,
+                          abs_v(middle.z) + abs_v(along.z) + drift.z};
+    const SURFACE(parts_t) parts = SURFACE(parts)(middle, along, reach, drift, shape);
+    const band_t f = SURFACE(band)(&parts, shape);
     const realv g = side * f.mid;
     const realv rise = side * f.rise;
-
-    // Where is G positive from the start on, and where negative up to the end?
-    const realv slack = (realv)(4 * REAL_EPSILON) * stop;  // of a place found on the line, for its roundings
-    const maskv none = not_lane(on_root) & (g - abs_v(rise) - f.error >= (realv)0);
-    const maskv starts = not_lane(on_root | none) & (g - rise - f.error > (realv)0);
-    const maskv ends = not_lane(none) & (g + rise + f.error < (realv)0);
-    const realv along = segment.reach / -rise;
-    const realv first = segment.mid + (g - f.error) * along - slack;
-    const realv last = segment.mid + (g + f.error) * along + slack;
-    realv next = starts ? min_v(max_v(clear, first), stop) : clear;
+    maskv over = not_lane(on_root) & (g - abs_v(rise) - f.error >= (realv)0);
+    maskv one = (maskv)0, closes = (maskv)0;
+    realv next = clear, shrink = HALF;
 
     // Ask the slope where the value alone is not enough
-    maskv one = (maskv)0;
-    maskv over = none;
-    const maskv asks = scans & not_lane(none | (starts & not_lane(ends)));
+    const maskv asks = scans & not_lane(over);
     if (any_lane(asks)) {
-      band_t df = SURFACE(slope_band)(p, d, shape);
-      df.error *= (realv)(1 + INPUT_ROUNDINGS);  // each product with d counts its own rounding, so d's is in this
-      const realv slope = side * df.mid;
-      const realv bend = side * df.rise;
-      const maskv rises = asks & (slope - abs_v(bend) - df.error > (realv)0);
-      const maskv falls = asks & not_lane(on_root) & (slope + abs_v(bend) + df.error < (realv)0);
-      over = over | rises | (falls & (g + rise - f.error >= (realv)0));
-      one = falls & ends;
+      realv level_low = (realv)0, level_high = (realv)0;
+      if (any_lane(asks & not_lane(on_root))) {
+        const band_t start = SURFACE(start_band)(&parts, shape);
+        level_low = on_root ? (realv)0 : max_v(side * start.mid - start.error, (realv)0);
+        level_high = on_root ? (realv)0 : side * start.mid + start.error;
+      }
+      const band_t slope = SURFACE(slope_band)(&parts, shape);
+      const realv wrong = slope.error + (realv)(8 * REAL_EPSILON) * (abs_v(slope.mid) + abs_v(slope.rise));
+      const realv falls = side * (slope.rise - slope.mid);  // at the start
+      const realv bends = -side * slope.rise;
 
-      // G rises up to where the slope's line may reach zero
-      const maskv rises_first = asks & not_lane(rises) & (slope - bend - df.error > (realv)0);
-      const realv up_to = segment.mid + (slope - df.error) * (segment.reach / -bend) - slack;
-      next = rises_first ? max_v(next, min_v(up_to, stop)) : next;
-      on_root = on_root & not_lane(rises | (rises_first & (next > clear)));
+      // Where may G be zero first, and from where is it surely negative?
+      const realv slack = (realv)(4 * REAL_EPSILON) * stop;  // of a place, for its roundings
+      const realv first = parabola_root(level_low, falls + wrong, bends, true) * half_length;
+      const realv last = parabola_root(level_high, falls - wrong, bends, false) * half_length;
+      const maskv knows = asks & (wrong < (realv)REAL_MAX) & not_lane(on_root & (falls + wrong >= (realv)0));
+      const maskv stays = (first >= (realv)0) & (first <= length);
+      over = over | (knows & not_lane(stays));
+      next = (knows & stays) ? max_v(clear, clear + first - slack) : clear;
+
+      // Does it change its sign between, and only once?
+      const maskv meets = knows & stays;
+      closes = meets & (last >= (realv)0) & (last < length);
+      const maskv ends = asks & not_lane(over) & (closes | (g + rise + f.error < (realv)0) | (negative & (stop >= end)));
+      const realv until = closes ? last : length;
+      const realv surely = (falls - wrong) * half_length;
+      const maskv falling = (surely + bends * (next - clear) > (realv)0) & (surely + bends * until > (realv)0);
+      one = meets & ends & falling & not_lane(on_root & (next <= clear));
+      end = ends ? (closes ? min_v(clear + last + slack, stop) : stop) : end;
+      negative = negative | ends;
+      on_root = on_root & not_lane(knows & (over | (next > clear)));
+
+      // The slope's error shrinks with the square of the length; what it said of this segment is known by a half
+      const realv fit = max_v((realv)NUMBER(0.125), min_v(HALF, sqrt(HALF * abs_v(falls) / wrong)));
+      shrink = max_v((realv)2 * (next - clear) / length, fit);
     }
 
-    // Move on, close in, or halve
-    const realv length = stop - clear;
-    const maskv closes = scans & starts & ends;
+    // Move on, close in, or take less
     next = over ? stop : next;
-    end = (scans & ends) ? (closes ? min_v(max_v(last, next), stop) : stop) : end;
-    negative = negative | (scans & ends);
     const maskv gains = next - clear > (realv)NUMBER(0.25) * length;
     const maskv narrow = closes & (end - next < HALF * length);
     const realv rest = length - (next - clear);
-    const realv left = starts ? max_v(rest, min_v(last - next, length)) : rest;  // a root may lie just behind the stop
-    width = over ? (realv)2 * length : (narrow ? end - next : (gains ? left : HALF * length));
+    width = over ? (realv)2 * length : (narrow ? end - next : (gains ? rest : shrink * length));
     clear = scans ? next : clear;
 
     // Be done: one root, none, or as fine as numbers are
@@ -99,8 +118,8 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
   }
   root.undecided = root.undecided | scans;
 
-  root.t = root.found ? HALF * (clear + end) : clear;
-  root.low = clear;
-  root.high = end;
+  root.t = (root.found ? HALF * (clear + end) : clear) * search.length;
+  root.low = clear * search.length;
+  root.high = end * search.length;
   return root;
 }

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Iterable
 from textwrap import shorten
 
 from lenscl.codegen.along import along_functions
-from lenscl.codegen.text import Precision, function, function_of, shape_symbols
-from lenscl.expr import Expr, band_text, derivative_along, gradient, symbol
+from lenscl.codegen.bands import band_functions
+from lenscl.codegen.text import Precision, function, shape_symbols
+from lenscl.expr import Expr, gradient
 from lenscl.lenses import Surface
 
 _COMMENT = 100  # characters of a formula that a comment shows
@@ -49,29 +50,12 @@ def _gradient(prefix: str, surface: Surface, precision: Precision) -> str:
     return function(signature, _slopes(surface), ending, _local(surface), precision)
 
 
-def _band(prefix: str, surface: Surface, precision: Precision) -> str:
-    signature = f"band_t {prefix}_band(band3_t p, {prefix}_t shape)"
-    text = band_text(surface.expression, symbols=_local(surface), bands=_COORDINATES, precision=precision)
-    return function_of(signature, text, "return {band};")
-
-
-def _slope_band(prefix: str, surface: Surface, precision: Precision) -> str:
-    signature = f"band_t {prefix}_slope_band(band3_t p, real3v d, {prefix}_t shape)"
-    names = {axis: _unlike(f"d{axis}", shape_symbols(surface)) for axis in _COORDINATES}
-    slope = derivative_along(surface.expression, {axis: symbol(name) for axis, name in names.items()})
-    symbols = _local(surface) | {name: f"d.{axis}" for axis, name in names.items()}
-    return function_of(
-        signature, band_text(slope, symbols=symbols, bands=_COORDINATES, precision=precision), "return {band};"
-    )
-
-
 WRITERS: dict[str, Callable[[str, Surface, Precision], str]] = {
     "f": _value,
     "f_gradient": _value_and_gradient,
     "gradient": _gradient,
     "along": along_functions,
-    "band": _band,
-    "slope_band": _slope_band,
+    "bands": band_functions,
 }
 
 
@@ -81,12 +65,6 @@ def _slopes(surface: Surface) -> dict[str, Expr]:
 
 def _local(surface: Surface) -> dict[str, str]:
     return _COORDINATES | shape_symbols(surface)
-
-
-def _unlike(name: str, taken: Collection[str]) -> str:
-    while name in taken:
-        name += "_"
-    return name
 
 
 def _described(surface: Surface) -> str:

@@ -15,8 +15,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from lenscl.expr.c_writer import CText, c_text
-from lenscl.expr.derive import degree, derivative_along, differentiate, gradient, magnitude, polynomial
-from lenscl.expr.graph import Expr, digest, number, symbol
+from lenscl.expr.derive import degree, derivative_along, differentiate, gradient, magnitude, pieces, polynomial
+from lenscl.expr.graph import Expr, build, digest, number, symbol
 from lenscl.expr.interval_writer import band_text
 from lenscl.expr.operations import FUNCTIONS, OPERATIONS, Operation
 from lenscl.expr.reader import parse
@@ -33,6 +33,7 @@ __all__ = [
     "Operation",
     "band_text",
     "bounds",
+    "build",
     "c_text",
     "degree",
     "derivative_along",
@@ -44,6 +45,7 @@ __all__ = [
     "magnitude",
     "number",
     "parse",
+    "pieces",
     "polynomial",
     "symbol",
 ]

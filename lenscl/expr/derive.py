@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from itertools import count
 
-from lenscl.expr.graph import Expr, build, walk
+from lenscl.expr.graph import Expr, build, node, symbol, walk
 from lenscl.expr.operations import OPERATIONS, Coefficients, whole
 from lenscl.expr.simplify import ONE, ZERO, power
 
@@ -36,15 +37,15 @@ def gradient(expr: Expr) -> tuple[Expr, Expr, Expr]:
     return differentiate(expr, "x"), differentiate(expr, "y"), differentiate(expr, "z")
 
 
-def polynomial(expr: Expr, along: Mapping[str, tuple[Expr, Expr]]) -> Coefficients | None:
-    """Write an expression along a ray as a polynomial in t.
+def polynomial(expr: Expr, along: Mapping[str, Coefficients]) -> Coefficients | None:
+    """Write an expression as a polynomial in t.
 
     Parameters
     ----------
     expr : Expr
         Any expression.
-    along : mapping of str to (origin, direction)
-        Each symbol given is replaced by `origin + t direction`.
+    along : mapping of str to tuple of Expr
+        Each symbol given is replaced by a polynomial in t, its coefficients; by `origin + t direction` on a ray.
 
     Returns
     -------
@@ -74,24 +75,70 @@ def _trimmed(found: Coefficients) -> Coefficients:
 
 def degree(expr: Expr, along: Collection[str]) -> int | None:
     """Return the degree as a polynomial in some symbols, before anything cancels; None where it is none."""
-    degrees: dict[Expr, int] = {}
+    return _degrees(expr, along)[expr]
+
+
+def pieces(expr: Expr, along: Collection[str], top: int) -> tuple[Expr, dict[str, Expr]]:
+    """Take an expression apart into its largest polynomial parts and the rest.
+
+    Parameters
+    ----------
+    expr : Expr
+        Any expression.
+    along : collection of str
+        The symbols of which the parts are polynomials.
+    top : int
+        The highest degree that a part may have, 1 or more.
+
+    Returns
+    -------
+    rest : Expr
+        The expression with a symbol in the place of every part; none of `along` occurs in it.
+    parts : dict of str to Expr
+        By the symbol's name, in the order of use: "part_0", "part_1", ...; but no name that the expression has.
+    """
+    degrees = _degrees(expr, along)
+    taken = {each.name for each in degrees if each.op == "symbol"}
+    free = (name for name in (f"part_{i}" for i in count()) if name not in taken)
+    parts: dict[str, Expr] = {}
+    rest: dict[Expr, Expr] = {}
+
+    def is_part(each: Expr) -> bool:
+        return 1 <= (degrees[each] or 0) <= top
+
+    seen = {arg for each in degrees if not is_part(each) for arg in each.args} | {expr}  # from outside the parts
+    for each in degrees:
+        if not is_part(each):
+            rest[each] = node(each.op, *(rest[arg] for arg in each.args)) if each.args else each
+        elif each in seen:
+            name = next(free)
+            parts[name], rest[each] = each, symbol(name)
+    return rest[expr], parts
+
+
+def _degrees(expr: Expr, along: Collection[str]) -> dict[Expr, int | None]:
+    """Return every node's degree, operands first."""
+    degrees: dict[Expr, int | None] = {}
     for each in walk([expr]):
         parts = [degrees[arg] for arg in each.args]
+        known = [part for part in parts if part is not None]
         if not each.args:
             degrees[each] = int(each.op == "symbol" and each.name in along)
-        elif not any(parts):
+        elif len(known) < len(parts):
+            degrees[each] = None
+        elif not any(known):
             degrees[each] = 0
         elif each.op in ("+", "-", "neg"):
-            degrees[each] = max(parts)
+            degrees[each] = max(known)
         elif each.op == "*":
-            degrees[each] = sum(parts)
+            degrees[each] = sum(known)
         elif each.op == "power":
-            degrees[each] = parts[0] * whole(each.args[1])
-        elif each.op == "/" and not parts[1]:
-            degrees[each] = parts[0]
+            degrees[each] = known[0] * whole(each.args[1])
+        elif each.op == "/" and not known[1]:
+            degrees[each] = known[0]
         else:
-            return None
-    return degrees[expr]
+            degrees[each] = None
+    return degrees
 
 
 def magnitude(expr: Expr, along: Collection[str]) -> tuple[Expr, int]:

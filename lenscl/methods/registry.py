@@ -63,8 +63,15 @@ _ROWS = (
         name="interval",
         fragments=("search_interval.cl",),
         guarantee="finds every crossing, by proof; a ray whose proof rounding forbids is undecided",
-        writes=("band", "slope_band"),
-        words=("interval.cl", "interval_arithmetic.cl", "interval_powers.cl", "interval_functions.cl"),
+        writes=("bands",),
+        words=(
+            "interval.cl",
+            "interval_polynomials.cl",
+            "interval_arithmetic.cl",
+            "interval_curves.cl",
+            "interval_powers.cl",
+            "interval_functions.cl",
+        ),
         is_guaranteed=True,
     ),
 )

@@ -133,7 +133,7 @@ def test_rays_aimed_at_edges_are_right_or_undecided(name: str) -> None:
     for n in (1.0, 1.5):
         got, want, sure = compared(name, values, p - 4.0 * d, d, n)
         undecided = got.status == RayStatus.UNDECIDED
-        assert undecided.sum() < 0.2 * RAYS
+        assert undecided.sum() < 0.25 * RAYS
         assert (undecided & (off[:, 0] > 1e-12)).sum() <= RAYS // 500, "only in the edge itself"
         assert (sure & ~undecided).sum() > RAYS // 4
         wrong = sure & ~undecided & (got.events != want.events)

@@ -14,7 +14,7 @@ from lenscl.expr import Expr, band_text
 from lenscl.methods import METHODS
 
 Array = NDArray[Any]
-SYMBOLS = {"x": "p.x", "y": "p.y", "z": "p.z", "k": "k"}
+SYMBOLS = {"x": "x", "y": "y", "z": "z", "k": "k"}
 
 
 class Bands:
@@ -27,7 +27,10 @@ class Bands:
         width: int,
         edit: Callable[[str], str] = lambda text: text,
     ) -> None:
-        body = ["const band3_t p = {{in_0, in_1, in_2}, {in_3, in_4, in_5}, {in_6, in_7, in_8}};"]
+        body = [
+            f"const band_t {name} = {{in_{i}, in_{i + 1}, in_{i + 2}}};"
+            for name, i in zip("xyz", (0, 3, 6), strict=True)
+        ]
         body += ["const realv k = in_9;"]
         for i, expr in enumerate(expressions):
             text = band_text(expr, symbols=SYMBOLS, bands="xyz", precision=precision)  # type: ignore[arg-type]

@@ -160,7 +160,9 @@ BROKEN = {
     "the bend of a product": ("(abs_v(bend) + size_a", "(size_a", ("*",)),
     "the bend of a square": ("(bend + (realv)2", "((realv)2", ("square",)),
     "a kink taken as a line": ("HALF * room +", "", ("abs", "min", "max")),
-    "curvature forgotten": ("* bend +", "* (realv)0 +", ("sqrt", "cbrt", "exp", "log", "sin", "tan", "tanh", "pow")),
+    "curvature forgotten": ("* bend +", "* (realv)0 +", ("exp", "log", "tan", "tanh", "pow")),
+    "a wave taken as a line": ("(falls + bends) * LOOSEN +", "", ("sin", "cos")),
+    "the tangent forgotten": ("(HALF * LOOSEN) * abs_v(bulge) +", "", ("sqrt", "cbrt", "/", "hypot")),
     "the other branch": ("band_high(apart) < (realv)0, first", "apart.mid < (realv)0, first", ("where",)),
 }
 

@@ -250,15 +250,13 @@ def test_a_root_on_which_a_segment_happens_to_end_is_found() -> None:
 
 BROKEN = {
     "the band's rise is left out": (
-        "none = not_lane(on_root) & (g - abs_v(rise) - f.error",
-        "none = not_lane(on_root) & (g - f.error",
+        "over = not_lane(on_root) & (g - abs_v(rise) - f.error",
+        "over = not_lane(on_root) & (g - f.error",
     ),
     "the band's error is left out": ("abs_v(rise) - f.error >= (realv)0)", "abs_v(rise) >= (realv)0)"),
-    "falling is taken for rising": (
-        "slope - abs_v(bend) - df.error > (realv)0",
-        "slope + abs_v(bend) + df.error > (realv)0",
-    ),
-    "the line alone says where G is positive": ("(g - f.error) * along", "g * along"),
+    "the slope's error is left out": ("falls + wrong, bends, true", "falls, bends, true"),
+    "the slope does not bend": ("const realv bends = -side * slope.rise;", "const realv bends = (realv)0;"),
+    "the ray starts too high": ("max_v(side * start.mid - start.error, (realv)0)", "(realv)2 * abs_v(start.mid)"),
 }
 
 
