@@ -1,7 +1,7 @@
 // lanes.cl: how wide a packet is and how precise a number is; no other file knows.
 //
 // provides  real, realv, maskv, bitsv, ubytev, bytev, LANES; as_bits(), as_numbers(), to_bits(), to_numbers(), to_bytes(),
-//           from_bytes(), store_lanes(), load_lanes(); any_lane(), not_lane()
+//           from_bytes(), store_lanes(), load_lanes(); any_lane(), not_lane(), count_lanes()
 // set by    the generated head: REAL float|double, MASK int|long, VW 1|2|4|8|16|32
 //
 // A packet is VW rays held in the lanes of vectors; one work-item carries one packet. Comparisons give masks: 0 or -1 in
@@ -109,3 +109,15 @@ static inline int any_lane(maskv m) {
 }
 
 static inline maskv not_lane(maskv m) { return m == (maskv)0; }
+
+// How many lanes of a mask are set.
+static inline int count_lanes(maskv m) {
+#if VW == 1
+  return m != 0;
+#else
+  const ubytev ones = to_bytes(m & (maskv)1);
+  int count = 0;
+  for (int lane = 0; lane < VW; ++lane) count += ((const uchar *)&ones)[lane];
+  return count;
+#endif
+}

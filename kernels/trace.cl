@@ -1,9 +1,11 @@
 // trace.cl: follow a packet of rays from the source through every surface to the picture's plane.
 //
 // provides  the kernel trace
-// needs     prelude, ray, first_ray(), refract(), land(), store_end(); generated: scene_t, start_on_lenses(), meet_lenses(),
+// needs     prelude, ray, next_ray(), parks(), refract(), land(), store_end(); generated: scene_t, start_on_lenses(), meet_lenses(),
 //           at_interface()
 // set by    the generated head: RUN
+
+#define PARKS_FROM 2  // events: most rays have left their lens after two, and see in the third that they meet no other
 
 // Take living rays to the next surface and through it; those that meet none stay alive and leave *travels.
 static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *scene, int max_events) {
@@ -53,15 +55,17 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
 
 // One work-item carries RUN packets of the tile, one after the other: what they share is read once.
 kernel void trace(global const scene_t *restrict numbers, const int4 tile, const int max_events,
-                  END_PARAMETERS RAY_PARAMETERS) {
+                  END_PARAMETERS RAY_PARAMETERS PARK_PARAMETERS) {
   const scene_t scene = *numbers;
   const int begin = (int)get_global_id(0) * (RUN * VW);
   const int end = tile.w - begin < RUN * VW ? tile.w : begin + RUN * VW;
   for (int first = begin; first < end; first += VW) {
-    ray_t ray = first_ray(&scene.film, &scene.source, tile, first RAY_ARGUMENTS);
-    start_on_lenses(&ray, &scene);
+    ray_t ray = next_ray(&scene, tile, first RAY_ARGUMENTS PARK_ARGUMENTS);
     maskv travels = ray.alive;
-    while (any_lane(travels)) to_next_surface(&ray, &travels, &scene, max_events);
+    for (int event = 0; any_lane(travels); ++event) {
+      if (event >= PARKS_FROM && parks(&ray, travels, first PARK_ARGUMENTS)) break;
+      to_next_surface(&ray, &travels, &scene, max_events);
+    }
     const place_t place = land(&ray, &scene.picture);
     store_end(&ray, place, first, END_ARGUMENTS);
   }

@@ -11,6 +11,7 @@
 #undef real3v
 #undef any_lane
 #undef not_lane
+#undef count_lanes
 #undef dot3
 #undef unit3
 #undef at3

@@ -13,6 +13,7 @@
 #define real3v single_real3v
 #define any_lane single_any_lane
 #define not_lane single_not_lane
+#define count_lanes single_count_lanes
 #define dot3 single_dot3
 #define unit3 single_unit3
 #define at3 single_at3

@@ -16,7 +16,8 @@ def kernel_source(structure: Structure) -> KernelSource:
     numbers = layout(structure)
     pieces = [
         _banner(structure),
-        head(structure.precision, structure.width) + f"#define RUN {structure.run}\n",
+        head(structure.precision, structure.width)
+        + f"#define RUN {structure.run}\n#define RAY_WORDS {structure.ray_words}\n",
         "".join(f"#define RAY_{status.name} {status.value}\n" for status in RayStatus),
         *(located(name) for name in VOCABULARY),
         generated("the numbers of a scene, which a sweep may change without a new kernel"),
@@ -33,6 +34,7 @@ def kernel_source(structure: Structure) -> KernelSource:
         *(located(f"effects/{effect.name}.cl") for effect in structure.effects),
         generated("what this scene consists of"),
         "\n".join(_calls(structure)),
+        located("parks.cl" if structure.parks else "parks_never.cl"),
         located("trace.cl"),
     ]
     return KernelSource(structure, numbers, "\n".join(pieces))

@@ -16,6 +16,9 @@ from lenscl.lenses import Surface
 from lenscl.methods import Method
 
 
+_RAY_WORDS = 11
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Structure:
     """All that decides the text of a trace kernel."""
@@ -29,6 +32,7 @@ class Structure:
     precision: Literal["single", "double", "mixed"]  # mixed: rays in double, searched in single
     width: int  # lanes of a packet
     run: int  # packets that one work-item carries, one after the other
+    parks: bool  # whether the last few rays of a packet are put aside for another launch
 
     def surfaces(self) -> dict[str, Surface]:
         """Return the distinct surfaces by the prefix of their C names, in the order of first use.
@@ -64,6 +68,11 @@ class Structure:
         """Return the first lens with the same surface and method."""
         forms = [(surface.key, method.name) for surface, method in zip(self.lenses, self.methods, strict=True)]
         return forms.index(forms[lens])
+
+    @property
+    def ray_words(self) -> int:
+        """The members of kernels/ray.cl's ray_t, each one number a lane."""
+        return _RAY_WORDS
 
     def reads(self) -> tuple[str, ...]:
         """Return the keys of [numerics] that any method reads, each once."""

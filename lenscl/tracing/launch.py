@@ -25,6 +25,7 @@ from lenscl.tracing.raymap import RayMap, RayPaths
 from lenscl.tracing.start import locate
 
 _TILE_PIXELS = 2**20  # about 19 MB of buffers in double; the most that kernels/film.cl allows
+_ALMOST_ALONE = 4  # of a packet's lanes, one in so many may be put aside, as in kernels/parks.cl
 _MARCH_STEPS = 10**6  # steps through a lens's box beyond which `march` would never come home
 _REALS: dict[str, type[np.floating[Any]]] = {"single": np.float32, "double": np.float64}
 _MAP = (("st", 2), ("status", 0), ("events", 0))  # name, reals a ray; 0: one byte
@@ -198,11 +199,28 @@ class _Job:
             nbytes = packets * width * (numbers * np.dtype(self.dtype).itemsize or 1)
             if name not in self._buffers or self._buffers[name].nbytes < nbytes:
                 self._buffers[name] = self.device.empty(nbytes)
-        outputs = [self._buffers[name] for name, _ in self._arrays]
-        arguments = [self._numbers, np.array(tile, np.int32), np.int32(self.scene.numerics.max_events), *outputs, *rays]
-        self._seconds += self._program.run("trace", -(-packets // self.source.structure.run), arguments)
+        parking = _Parking(self.device, self.source.structure, packets) if self.source.structure.parks else None
+        self._launch(tile, packets, rays, parking.arguments(False) if parking else ())
         for name, _ in self._arrays:
             self.device.download(self._buffers[name], ends[name][first : first + count])
+        if parking is None or not (places := parking.places()).size:
+            return
+
+        # Carry on those that were put aside; their ends come in the order in which they were
+        again = len(places)
+        self._launch((0, 0, again, again), -(-again // width), rays, parking.arguments(True))
+        for name, array in ends.items():
+            part = np.empty((again, *array.shape[1:]), array.dtype)
+            self.device.download(self._buffers[name], part)
+            array[first + places] = part
+
+    def _launch(
+        self, tile: tuple[int, int, int, int], packets: int, rays: Sequence[Buffer], parking: Sequence[Any]
+    ) -> None:
+        outputs = [self._buffers[name] for name, _ in self._arrays]
+        most = np.int32(self.scene.numerics.max_events)
+        arguments = [self._numbers, np.array(tile, np.int32), most, *outputs, *rays, *parking]
+        self._seconds += self._program.run("trace", -(-packets // self.source.structure.run), arguments)
 
     def decide(self, ends: dict[str, NDArray[Any]], rays_of: Callable[[NDArray[np.intp]], tuple[Any, Any]]) -> None:
         """Trace again in double precision the rays that a search in single left undecided, where the device can."""
@@ -226,6 +244,30 @@ class _Job:
         }
 
 
+class _Parking:
+    """Where a launch puts aside the last few rays of its packets, as kernels/parks.cl does."""
+
+    def __init__(self, chosen: Device, structure: Structure, packets: int) -> None:
+        words, width = structure.ray_words, structure.width
+        room = packets * (width // _ALMOST_ALONE) + width  # a packet's worth beyond is read, not used
+        self._device = chosen
+        self._count = chosen.upload(np.zeros(1, np.int32))
+        self._places = chosen.empty(4 * room)
+        self._words = chosen.empty(np.dtype(_REALS[structure.carried]).itemsize * words * room)
+
+    def arguments(self, carries_on: bool) -> tuple[Any, ...]:
+        """Return what the kernel takes; the second launch carries on what the first put aside."""
+        return np.int32(carries_on), self._count, self._places, self._words
+
+    def places(self) -> NDArray[np.int32]:
+        """Return the rays that were put aside, by their numbers in the launch."""
+        count = np.empty(1, np.int32)
+        self._device.download(self._count, count)
+        places = np.empty(int(count[0]), np.int32)
+        self._device.download(self._places, places)
+        return places
+
+
 def _shaped(arrays: dict[str, NDArray[Any]], *shape: int) -> dict[str, Any]:
     return {name: array.reshape(*shape, *array.shape[1:]) for name, array in arrays.items()}
 
@@ -241,6 +283,7 @@ def _structure(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structure:
             f"numerics.precision: {chosen.label} has no double precision; "
             'set precision = "single", or choose another of `lenscl devices` by LENSCL_DEVICE'
         )
+    width = chosen.width("single" if numerics.precision == "single" else "double")
     return Structure(
         lenses=tuple(lens.surface for lens in scene.lenses),
         rays=rays,
@@ -249,8 +292,9 @@ def _structure(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structure:
         snell=numerics.snell,
         effects=effects.wanted({key: getattr(scene.effects, key) for key in effects.EFFECTS}),
         precision=numerics.precision,
-        width=chosen.width("single" if numerics.precision == "single" else "double"),
+        width=width,
         run=chosen.run,
+        parks=chosen.run > 1 and width >= _ALMOST_ALONE,
     )
 
 
