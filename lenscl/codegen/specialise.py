@@ -15,7 +15,6 @@ from lenscl.effects import Variant
 from lenscl.lenses import Surface
 from lenscl.methods import Method
 
-
 _RAY_WORDS = 11
 
 
