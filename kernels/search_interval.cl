@@ -1,7 +1,7 @@
 // search_interval.cl: the first root by bounds of F and of its slope on segments of the ray; no crossing is missed.
 //
 // provides  SURFACE(isolate)()
-// needs     prelude, functions, interval, interval_polynomials, search, SURFACE(parts)(), SURFACE(band)(),
+// needs     prelude, functions, interval, interval_polynomials, search, SURFACE(on_segment)(), SURFACE(band)(),
 //           SURFACE(start_band)(), SURFACE(slope_band)()
 // source    Mitchell, Robust ray intersection with interval arithmetic, Graphics Interface 1990, for the tests of
 //           sign and slope; Kalra & Barr, Guaranteed ray intersections with implicit surfaces, SIGGRAPH 1989, for steps
@@ -29,10 +29,6 @@
 
 static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const method_t *method) {
   const realv side = search.inside ? (realv)-1 : (realv)1;
-  const real3v o = search.origin;
-  const real3v d = {search.direction.x * search.length, search.direction.y * search.length,
-                    search.direction.z * search.length};
-  const real3v drift = {coordinate_error(o.x, d.x), coordinate_error(o.y, d.y), coordinate_error(o.z, d.z)};
   realv clear = (realv)0;
   realv end = (realv)1;    // nothing is searched beyond: the box ends, or G is negative
   realv width = (realv)1;  // of the next segment
@@ -48,11 +44,7 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
     const realv length = stop - clear;
     const realv mid = HALF * (clear + stop);
     const realv half_length = max_v(stop - mid, mid - clear) * WIDEN;
-    const real3v middle = at3(o, d, mid);
-    const real3v along = {half_length * d.x, half_length * d.y, half_length * d.z};
-    const real3v reach = {abs_v(middle.x) + abs_v(along.x) + drift.x, abs_v(middle.y) + abs_v(along.y) + drift.y,
-                          abs_v(middle.z) + abs_v(along.z) + drift.z};
-    const SURFACE(parts_t) parts = SURFACE(parts)(middle, along, reach, drift, shape);
+    const SURFACE(parts_t) parts = SURFACE(on_segment)(&search, mid, half_length, shape);
     const band_t f = SURFACE(band)(&parts, shape);
     const realv g = side * f.mid;
     const realv rise = side * f.rise;

@@ -7,9 +7,21 @@ reads. Structure is compiled, numbers are arguments: `specialise` alone draws th
 from __future__ import annotations
 
 from lenscl.codegen.assemble import kernel_source
+from lenscl.codegen.bands import has_twice
 from lenscl.codegen.fragments import VOCABULARY, fragment, head
 from lenscl.codegen.layout import EMPTY, Layout, Slot
 from lenscl.codegen.source import KernelSource
 from lenscl.codegen.specialise import Structure
 
-__all__ = ["EMPTY", "VOCABULARY", "KernelSource", "Layout", "Slot", "Structure", "fragment", "head", "kernel_source"]
+__all__ = [
+    "EMPTY",
+    "VOCABULARY",
+    "KernelSource",
+    "Layout",
+    "Slot",
+    "Structure",
+    "fragment",
+    "has_twice",
+    "head",
+    "kernel_source",
+]

@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 
 from lenscl.codegen.text import Precision, function, function_of, shape_symbols
-from lenscl.expr import Expr, band_text, build, degree, derivative_along, magnitude, number, pieces, polynomial, symbol
+from lenscl.expr import (
+    Expr,
+    band_text,
+    build,
+    degree,
+    derivative_along,
+    is_rational,
+    magnitude,
+    number,
+    pieces,
+    polynomial,
+    symbol,
+    twice_text,
+)
 from lenscl.lenses import Surface
 
 _AXES = "xyz"
@@ -18,6 +31,21 @@ _INPUT = symbol("INPUT_ROUNDINGS")
 
 def band_functions(prefix: str, surface: Surface, precision: Precision) -> str:
     """Return what search_interval.cl asks of a surface: its parts, and the bands of F and of F's slope."""
+    return _functions(prefix, surface, precision, _parts_function)
+
+
+def band_functions_twice(prefix: str, surface: Surface, precision: Precision) -> str:
+    """Return the same with the parts computed in twice the precision of double, for a surface that `has_twice`."""
+    return _functions(prefix, surface, precision, _parts_function_twice)
+
+
+def has_twice(surface: Surface) -> bool:
+    """Say whether a surface's parts can be computed in twice the precision."""
+    parts = pieces(surface.expression, _AXES, len(_KINDS))[1]
+    return is_rational(parts.values())
+
+
+def _functions(prefix: str, surface: Surface, precision: Precision, write_parts: Callable[..., str]) -> str:
     rest, parts = pieces(surface.expression, _AXES, len(_KINDS))
     slope = derivative_along(rest, {name: symbol(f"{name}_slope") for name in parts})
     kinds = {name: _KINDS[_degree(part) - 1] for name, part in parts.items()}
@@ -27,7 +55,7 @@ def band_functions(prefix: str, surface: Surface, precision: Precision) -> str:
     return "\n".join(
         (
             _parts_struct(prefix, kinds),
-            _parts_function(prefix, surface, parts, precision),
+            write_parts(prefix, surface, parts, precision),
             _band_function(prefix, "band", surface, rest, bands, precision),
             _band_function(prefix, "start_band", surface, rest, starts, precision),
             _band_function(prefix, "slope_band", surface, slope, bands | slopes, precision),
@@ -77,6 +105,56 @@ def _parts_function(prefix: str, surface: Surface, parts: dict[str, Expr], preci
         "\n".join((*lines, "return parts;")),
         spelled,
         precision,
+    )
+
+
+def _parts_function_twice(prefix: str, surface: Surface, parts: dict[str, Expr], precision: Precision) -> str:
+    """Return the function of the parts' coefficients in twice the precision, rounded at the end.
+
+    An operation's relative error is at most 15 u^2, less than 4 REAL_EPSILON^2; the last rounding's and those of the
+    sums that follow are of the coefficients themselves.
+    """
+    assert precision == "double"
+    spelled = shape_symbols(surface)
+    names = {vector: {axis: _unlike(f"{vector}_{axis}", spelled) for axis in _AXES} for vector in ("middle", "along")}
+    vectors = {names[vector][axis]: f"{vector}.{axis}" for vector in names for axis in _AXES}
+    line = {axis: (symbol(names["middle"][axis]), symbol(names["along"][axis])) for axis in _AXES}
+    moves = {axis: symbol(_unlike(f"drift_{axis}", spelled)) for axis in _AXES}
+    outputs: dict[str, Expr] = {}
+    bounds: dict[str, Expr] = {}
+    lines, errors = [f"{prefix}_parts_t parts;"], []
+    for name, part in parts.items():
+        padded = (*_polynomial(part, line), *[number(0.0)] * _degree(part))
+        powers = range(_degree(part) + 1)
+        outputs |= {f"{name}_{power}": padded[power] for power in powers}
+        lines += [f"parts.{name}.c[{power}] = dd_round({{{name}_{power}}});" for power in powers]
+        bounds[f"{name}_size"], roundings = magnitude(part, _AXES)
+        bounds[f"{name}_drift"] = derivative_along(bounds[f"{name}_size"], moves)
+        total = " + ".join(f"abs_v(parts->{name}.c[{power}])" for power in powers)
+        count = 4 * (2 * roundings + _HORNER * _degree(part))
+        errors.append(
+            f"parts->{name}.error = (realv)REAL_EPSILON * ((realv)4 * ({total}) +"
+            f" (realv)(REAL_EPSILON * {count}) * ({{{name}_size}})) + ({{{name}_drift}}) + UNDERFLOW;"
+        )
+    coordinates = {axis: f"reach.{axis}" for axis in _AXES} | {
+        str(move.name): f"drift.{axis}" for axis, move in moves.items()
+    }
+    return "\n".join(
+        (
+            function(
+                f"void {prefix}_errors(real3v reach, real3v drift, {prefix}_t shape, {prefix}_parts_t *parts)",
+                bounds,
+                "\n".join(errors),
+                coordinates | spelled,
+                precision,
+            ),
+            function_of(
+                f"{prefix}_parts_t {prefix}_parts_twice(dd3_t middle, dd3_t along, real3v reach, real3v drift,"
+                f" {prefix}_t shape)",
+                twice_text(outputs, symbols=vectors | spelled, lanes=vectors),
+                "\n".join((*lines, f"{prefix}_errors(reach, drift, shape, &parts);", "return parts;")),
+            ),
+        )
     )
 
 

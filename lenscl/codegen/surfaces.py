@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from textwrap import shorten
 
 from lenscl.codegen.along import along_functions
-from lenscl.codegen.bands import band_functions
+from lenscl.codegen.bands import band_functions, band_functions_twice
 from lenscl.codegen.text import Precision, function, shape_symbols
 from lenscl.expr import Expr, gradient
 from lenscl.lenses import Surface
@@ -56,6 +56,7 @@ WRITERS: dict[str, Callable[[str, Surface, Precision], str]] = {
     "gradient": _gradient,
     "along": along_functions,
     "bands": band_functions,
+    "bands_twice": band_functions_twice,
 }
 
 

@@ -20,6 +20,7 @@ from lenscl.expr.graph import Expr, build, digest, number, symbol
 from lenscl.expr.interval_writer import band_text
 from lenscl.expr.operations import FUNCTIONS, OPERATIONS, Operation
 from lenscl.expr.reader import parse
+from lenscl.expr.twice_writer import is_rational, twice_text
 
 if TYPE_CHECKING:  # these compute with numpy, which reading and writing expressions does not wait for
     from lenscl.expr.enclose import bounds
@@ -42,12 +43,14 @@ __all__ = [
     "evaluate",
     "evaluate_with_error",
     "gradient",
+    "is_rational",
     "magnitude",
     "number",
     "parse",
     "pieces",
     "polynomial",
     "symbol",
+    "twice_text",
 ]
 
 _NUMERIC = {"bounds": "enclose", "evaluate": "values", "evaluate_with_error": "values"}

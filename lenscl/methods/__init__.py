@@ -9,6 +9,6 @@ it guarantees and which keys of `[numerics]` it reads. A new method is one new r
 
 from __future__ import annotations
 
-from lenscl.methods.registry import METHODS, Method, choose
+from lenscl.methods.registry import LAST_RESORT, METHODS, Method, choose
 
-__all__ = ["METHODS", "Method", "choose"]
+__all__ = ["LAST_RESORT", "METHODS", "Method", "choose"]

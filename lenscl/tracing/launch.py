@@ -6,6 +6,7 @@ Tiles bound the memory a film takes on the device; one launch traces one tile.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -16,7 +17,7 @@ from lenscl.codegen import KernelSource, Structure
 from lenscl.config import Scene
 from lenscl.device import Buffer, Device
 from lenscl.errors import StudyError, TraceError
-from lenscl.methods import Method
+from lenscl.methods import LAST_RESORT, Method
 from lenscl.status import RayStatus
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.numbers import scene_numbers
@@ -107,7 +108,10 @@ def trace_rays(
         As for `trace`.
     """
     points, units = _checked_rays(origins, directions)
-    job = _Job.prepare(scene, "given", "legs", method, precision, device)
+    return _traced_rays(_Job.prepare(scene, "given", "legs", method, precision, device), points, units)
+
+
+def _traced_rays(job: _Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> RayPaths:
     inside, on = locate(job.scene, points)
     ends = job.empty_ends(len(points))
     for first in range(0, len(points), _TILE_PIXELS):
@@ -223,15 +227,34 @@ class _Job:
         self._seconds += self._program.run("trace", -(-packets // self.source.structure.run), arguments)
 
     def decide(self, ends: dict[str, NDArray[Any]], rays_of: Callable[[NDArray[np.intp]], tuple[Any, Any]]) -> None:
-        """Trace again in double precision the rays that a search in single left undecided, where the device can."""
+        """Trace again, in the next precision that device and lenses allow, the rays that were left undecided."""
         undecided = np.flatnonzero(ends["status"] == RayStatus.UNDECIDED)
-        if self.scene.numerics.precision == "double" or not self.device.has_double or not undecided.size:
+        if not undecided.size or (next_job := self._more_precise()) is None:
             return
-        again = trace_rays(self.scene, *rays_of(undecided), precision="double", device=self.device)
+        points, vectors = rays_of(undecided)
+        goes = vectors.any(axis=1)  # a film pixel on the source has no direction
+        undecided = undecided[goes]
+        again = _traced_rays(next_job, points[goes], _units(vectors[goes]))
         for name, array in ends.items():
             array[undecided] = getattr(again, name)
         self._escalated = len(undecided)
         self._seconds += again.trace_seconds
+
+    def _more_precise(self) -> _Job | None:
+        """Return the job of the next precision: double after single and mixed, then twice that where lenses have it."""
+        scene = self.scene.replace({"numerics.precision": "double"})
+        source = self.source.structure
+        structure = _structure(scene, "given", "legs", self.device) if self.device.has_double else None
+        if source.precision == "double":
+            methods_now = tuple(
+                LAST_RESORT if row.is_guaranteed and codegen.has_twice(surface) else row
+                for row, surface in zip(source.methods, source.lenses, strict=True)
+            )
+            if methods_now == source.methods:
+                return None
+            assert structure is not None
+            structure = replace(structure, methods=methods_now)
+        return None if structure is None else _Job(scene, codegen.kernel_source(structure), self.device)
 
     def record(self) -> dict[str, Any]:
         """Return what a result says of how it was made."""
@@ -337,8 +360,12 @@ def _checked_rays(origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np
             raise TraceError(f"{name}[{ray}]: expected finite numbers, got {array[ray]}")
     if len(points) != len(vectors):
         raise TraceError(f"expected as many directions as origins, got {len(vectors)} and {len(points)}")
-    largest = np.abs(vectors).max(axis=1, initial=0.0, keepdims=True)
-    if not largest.all():
-        raise TraceError(f"directions[{int(np.flatnonzero(largest == 0)[0])}]: a direction must not be zero")
-    scaled = vectors / largest  # squares of the components stay within the range of numbers
-    return points, scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
+    if not (some := vectors.any(axis=1)).all():
+        raise TraceError(f"directions[{int(np.flatnonzero(~some)[0])}]: a direction must not be zero")
+    return points, _units(vectors)
+
+
+def _units(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    scaled = vectors / np.abs(vectors).max(axis=1, keepdims=True)  # whose squares stay within the range of numbers
+    unit: NDArray[np.float64] = scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
+    return unit
