@@ -59,6 +59,7 @@ typedef realv anywhere_realv __attribute__((aligned(4)));
 #define OF_TWO(name) OF_HALVES(name, (realv a, realv b), (a.lo, b.lo), (a.hi, b.hi))
 OF_ONE(sqrt) OF_ONE(floor) OF_ONE(exp) OF_ONE(log) OF_ONE(sin) OF_ONE(cos) OF_ONE(tan) OF_ONE(tanh) OF_ONE(atan)
 OF_TWO(atan2) OF_TWO(hypot)
+OF_HALVES(fma, (realv a, realv b, realv c), (a.lo, b.lo, c.lo), (a.hi, b.hi, c.hi))
 #else
 typedef PASTE(REAL, VW) realv;
 typedef PASTE(MASK, VW) maskv;
