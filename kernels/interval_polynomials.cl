@@ -92,7 +92,8 @@ static inline band_t slope_of_quartic(quartic_t q) {
 }
 
 // The first root of level - falls t - bends t^2 / 2, level >= 0, rounded to be early or late; if there is none, what is
-// negative, infinite or NaN.
+// negative, infinite or NaN. The largest of the three is about 1, so that no square leaves the range of numbers but those
+// that do not matter for roots up to 2.
 static inline realv parabola_root(realv level, realv falls, realv bends, bool early) {
   const realv square = falls * falls;
   const realv product = (realv)2 * level * bends;

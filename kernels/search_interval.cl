@@ -24,6 +24,7 @@
 #ifndef SCAN_LIMIT
 #define SCAN_LIMIT 4096  // segments; usual are 3. More only where F oscillates or its bounds say nothing: then UNDECIDED
 #endif
+#define LARGEST (REAL_MAX * REAL_EPSILON * REAL_EPSILON)  // slope has 8 REAL_EPSILON of its size in `wrong`
 #define FINEST ((realv)(8 * REAL_EPSILON))   // of t: a shorter segment has no places inside
 #define ONE_ROOT ((realv)(64 * REAL_EPSILON))  // of t: crossings that are closer are one
 
@@ -68,9 +69,11 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
 
       // Where may G be zero first, and from where is it surely negative?
       const realv slack = (realv)(4 * REAL_EPSILON) * stop;  // of a place, for its roundings
-      const realv first = parabola_root(level_low, falls + wrong, bends, true) * half_length;
-      const realv last = parabola_root(level_high, falls - wrong, bends, false) * half_length;
-      const maskv knows = asks & (wrong < (realv)REAL_MAX) & not_lane(on_root & (falls + wrong >= (realv)0));
+      const realv unit = down_scale(max_v(max_v(abs_v(level_high), abs_v(falls) + wrong), abs_v(bends)));
+      const realv sloped = unit * falls, doubt = unit * wrong, bent = unit * bends;
+      const realv first = parabola_root(unit * level_low, sloped + doubt, bent, true) * half_length;
+      const realv last = parabola_root(unit * level_high, sloped - doubt, bent, false) * half_length;
+      const maskv knows = asks & (level_high < (realv)LARGEST) & (wrong < (realv)LARGEST) & not_lane(on_root & (falls + wrong >= (realv)0));
       const maskv stays = (first >= (realv)0) & (first <= length);
       over = over | (knows & not_lane(stays));
       next = (knows & stays) ? max_v(clear, clear + first - slack) : clear;

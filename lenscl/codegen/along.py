@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from lenscl.codegen.text import Precision, function, shape_symbols
+from lenscl.codegen.text import Precision, function, shape_symbols, unlike
 from lenscl.expr import magnitude, number, polynomial, symbol
 from lenscl.lenses import Surface
 
 _AXES = "xyz"
-_RAY = {f"{part}{axis}": f"{part}.{axis}" for part in "od" for axis in _AXES}
 _HORNER = 4  # roundings a degree that recentring adds, twice over to cover terms of second order
 
 
@@ -16,11 +15,13 @@ def along_functions(prefix: str, surface: Surface, precision: Precision) -> str:
     form, top = surface.polynomial_form, surface.degree
     assert form is not None, "the method is chosen for polynomials only"
     assert top is not None
-    coefficients = polynomial(form, {axis: (symbol(f"o{axis}"), symbol(f"d{axis}")) for axis in _AXES})
+    shape = shape_symbols(surface)
+    ray = {vector: {axis: unlike(f"{vector}{axis}", shape) for axis in _AXES} for vector in "od"}
+    coefficients = polynomial(form, {axis: (symbol(ray["o"][axis]), symbol(ray["d"][axis])) for axis in _AXES})
     assert coefficients is not None
     padded = (*coefficients, *[number(0.0)] * (top + 1 - len(coefficients)))
     size, roundings = magnitude(form, _AXES)
-    shape = shape_symbols(surface)
+    spelled = {name: f"{vector}.{axis}" for vector, axes in ray.items() for axis, name in axes.items()}
     names = [f"c{power}" for power in range(top + 1)]
     return "\n".join(
         (
@@ -30,7 +31,7 @@ def along_functions(prefix: str, surface: Surface, precision: Precision) -> str:
                 f"void {prefix}_along(real3v o, real3v d, {prefix}_t shape, realv c[{top + 1}])",
                 dict(zip(names, padded, strict=True)),
                 "\n".join(f"c[{power}] = {{{name}}};" for power, name in enumerate(names)),
-                _RAY | shape,
+                spelled | shape,
                 precision,
             ),
             function(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 
-from lenscl.codegen.text import Precision, function, function_of, shape_symbols
+from lenscl.codegen.text import Precision, function, function_of, shape_symbols, unlike
 from lenscl.expr import (
     Expr,
     band_text,
@@ -47,11 +47,12 @@ def has_twice(surface: Surface) -> bool:
 
 def _functions(prefix: str, surface: Surface, precision: Precision, write_parts: Callable[..., str]) -> str:
     rest, parts = pieces(surface.expression, _AXES, len(_KINDS))
-    slope = derivative_along(rest, {name: symbol(f"{name}_slope") for name in parts})
+    sloped = {name: unlike(f"{name}_slope", {*shape_symbols(surface), *parts}) for name in parts}
+    slope = derivative_along(rest, {name: symbol(of) for name, of in sloped.items()})
     kinds = {name: _KINDS[_degree(part) - 1] for name, part in parts.items()}
     bands = {name: f"band_of_{kind}(parts->{name})" for name, kind in kinds.items()}
     starts = {name: f"start_of_{kind}(parts->{name})" for name, kind in kinds.items()}
-    slopes = {f"{name}_slope": f"slope_of_{kind}(parts->{name})" for name, kind in kinds.items()}
+    slopes = {sloped[name]: f"slope_of_{kind}(parts->{name})" for name, kind in kinds.items()}
     return "\n".join(
         (
             _parts_struct(prefix, kinds),
@@ -79,7 +80,7 @@ def _parts_function(prefix: str, surface: Surface, parts: dict[str, Expr], preci
     spelled = {"REAL_EPSILON": "REAL_EPSILON", "INPUT_ROUNDINGS": "INPUT_ROUNDINGS"} | shape_symbols(surface)
     vectors = {}
     for vector in ("origin", "along", "reach", "drift"):
-        vectors[vector] = {axis: _unlike(f"{vector}_{axis}", spelled) for axis in _AXES}
+        vectors[vector] = {axis: unlike(f"{vector}_{axis}", spelled) for axis in _AXES}
         spelled |= {vectors[vector][axis]: f"{vector}.{axis}" for axis in _AXES}
     origin, along, reach, drift = ({axis: symbol(name) for axis, name in names.items()} for names in vectors.values())
     outputs: dict[str, Expr] = {}
@@ -116,10 +117,10 @@ def _parts_function_twice(prefix: str, surface: Surface, parts: dict[str, Expr],
     """
     assert precision == "double"
     spelled = shape_symbols(surface)
-    names = {vector: {axis: _unlike(f"{vector}_{axis}", spelled) for axis in _AXES} for vector in ("middle", "along")}
+    names = {vector: {axis: unlike(f"{vector}_{axis}", spelled) for axis in _AXES} for vector in ("middle", "along")}
     vectors = {names[vector][axis]: f"{vector}.{axis}" for vector in names for axis in _AXES}
     line = {axis: (symbol(names["middle"][axis]), symbol(names["along"][axis])) for axis in _AXES}
-    moves = {axis: symbol(_unlike(f"drift_{axis}", spelled)) for axis in _AXES}
+    moves = {axis: symbol(unlike(f"drift_{axis}", spelled)) for axis in _AXES}
     outputs: dict[str, Expr] = {}
     bounds: dict[str, Expr] = {}
     lines, errors = [f"{prefix}_parts_t parts;"], []
@@ -186,12 +187,6 @@ def _sum_of_sizes(coefficients: Iterable[Expr]) -> Expr:
     for each in coefficients:
         total = total + build("abs", each)
     return total
-
-
-def _unlike(name: str, taken: Collection[str]) -> str:
-    while name in taken:
-        name += "_"
-    return name
 
 
 def _band_function(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Literal
 
 from lenscl.codegen.specialise import parameter_spelling
@@ -29,3 +29,10 @@ def function_of(signature: str, text: CText, ending: str) -> str:
 def shape_symbols(surface: Surface) -> dict[str, str]:
     """Return the C spelling of a surface's parameters."""
     return {name: f"shape.{c_name}" for name, c_name in parameter_spelling(surface).items()}
+
+
+def unlike(name: str, taken: Collection[str]) -> str:
+    """Return a name for a symbol of our own that no parameter has."""
+    while name in taken:
+        name += "_"
+    return name

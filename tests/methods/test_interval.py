@@ -254,7 +254,7 @@ BROKEN = {
         "over = not_lane(on_root) & (g - f.error",
     ),
     "the band's error is left out": ("abs_v(rise) - f.error >= (realv)0)", "abs_v(rise) >= (realv)0)"),
-    "the slope's error is left out": ("falls + wrong, bends, true", "falls, bends, true"),
+    "the slope's error is left out": ("sloped + doubt, bent, true", "sloped, bent, true"),
     "the slope does not bend": ("const realv bends = -side * slope.rise;", "const realv bends = (realv)0;"),
     "the ray starts too high": ("max_v(side * start.mid - start.error, (realv)0)", "(realv)2 * abs_v(start.mid)"),
 }
