@@ -20,7 +20,7 @@ static inline band_t band_log(band_t a, realv least) {
 //
 //   cos(v) lies in [1 - r^2 / 2, 1],   sin(v) within r^3 / 24 + r^5 / 120 of (1 - r^2 / 8) v;
 //
-// for r > 3 / 2 it may be all of [-1, 1].
+// for r > 3 / 2, or too far out for an exact turn, it may be all of [-1, 1].
 static inline band_t band_wave(band_t a, realv value, realv slope) {
   const realv reach = band_reach(a);
   const realv square = reach * reach;
@@ -33,12 +33,13 @@ static inline band_t band_wave(band_t a, realv value, realv slope) {
                         ((realv)(SIN_ULP + 3) * ROUNDING) * (abs_v(value) + abs_v(slope) * reach) + UNDERFLOW) *
                            WIDEN};
   const band_t all = {(realv)0, (realv)0, (realv)1};
-  return band_known(reach < (realv)REAL_MAX, band_pick(reach > (realv)NUMBER(1.5), all, near));
+  const maskv tells = (reach <= (realv)NUMBER(1.5)) & (abs_v(a.mid) <= WAVES_REACH);
+  return band_known(reach < (realv)REAL_MAX, band_pick(tells, near, all));
 }
 
-static inline band_t band_sin(band_t a) { return band_wave(a, sin_v(a.mid), cos_v(a.mid)); }
+static inline band_t band_sin(band_t a) { return band_wave(a, quarter_wave(a.mid, 0), quarter_wave(a.mid, 1)); }
 
-static inline band_t band_cos(band_t a) { return band_wave(a, cos_v(a.mid), -sin_v(a.mid)); }
+static inline band_t band_cos(band_t a) { return band_wave(a, quarter_wave(a.mid, 1), -quarter_wave(a.mid, 0)); }
 
 // Between low and high, less than 3 apart, there is a pole exactly if the tangent falls. Its curvature rises.
 static inline band_t band_tan(band_t a) {

@@ -1,12 +1,12 @@
 // waves.cl: sine and cosine for packets; the built-ins go lane by lane on PoCL.
 //
-// provides  sin_v(), cos_v()        needs  prelude, functions
+// provides  sin_v(), cos_v(); quarter_wave(), WAVES_REACH        needs  prelude, functions
 // source    Cody & Waite, Software Manual for the Elementary Functions, 1980, ch. 8: pi / 2 is taken off in parts whose
 //           multiples are exact. The polynomials interpolate sin and cos at Chebyshev's places on [0, pi / 4]
 
 #define IS_DOUBLE (REAL_EPSILON < NUMBER(1e-10))
-#define WAVES_REACH 1024  // beyond, the parts of pi / 2 are too few for a good relative error near the zeros
 #define ROUNDER (NUMBER(1.5) / REAL_EPSILON)  // a number so large keeps whole numbers only
+#define WAVES_REACH PART(1e6, 1024.0)  // beyond, multiples of the parts of pi / 2 are not exact
 #define PART(in_double, in_single) (realv)(IS_DOUBLE ? NUMBER(in_double) : NUMBER(in_single))
 
 // sin(a + quarters pi / 2) to 2 ulp, |a| <= WAVES_REACH.
@@ -37,16 +37,17 @@ static inline realv quarter_wave(realv a, int quarters) {
   return (quarter & (bitsv)2) != (bitsv)0 ? -wave : wave;
 }
 
+// Rare, and so long that in line it would cost all others their registers.
+static __attribute__((noinline)) realv far_wave(realv a, int quarters, realv near) {
+  return not_lane(abs_v(a) <= WAVES_REACH) ? (quarters ? cos(a) : sin(a)) : near;
+}
+
 static inline realv sin_v(realv a) {
-  const maskv far = not_lane(abs_v(a) <= (realv)WAVES_REACH);
   const realv near = quarter_wave(a, 0);
-  if (!any_lane(far)) return near;
-  return far ? sin(a) : near;
+  return any_lane(not_lane(abs_v(a) <= WAVES_REACH)) ? far_wave(a, 0, near) : near;
 }
 
 static inline realv cos_v(realv a) {
-  const maskv far = not_lane(abs_v(a) <= (realv)WAVES_REACH);
   const realv near = quarter_wave(a, 1);
-  if (!any_lane(far)) return near;
-  return far ? cos(a) : near;
+  return any_lane(not_lane(abs_v(a) <= WAVES_REACH)) ? far_wave(a, 1, near) : near;
 }
