@@ -3,9 +3,9 @@
     pytest bench/bench_trace.py --benchmark-columns=min,median --benchmark-sort=name
 
 `lenscl bench` measures the same without pytest. A row's extra_info is a `Measurement`: nanoseconds and slots a ray, the
-ratio to the frozen kernel round by round, the error, the shares undecided and escalated, and the circumstances. The
-seconds that pytest-benchmark shows are the host's, extra_info has the device's own. Compare rows of one run with each
-other, and rows of two runs by `ratio` alone.
+ratio to the frozen kernel round by round, the error, the steps a search, the shares undecided and escalated, and the
+circumstances. The seconds that pytest-benchmark shows are the host's, extra_info has the device's own. Compare rows of
+one run with each other, and rows of two runs by `ratio` alone.
 """
 
 from __future__ import annotations

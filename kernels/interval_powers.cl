@@ -42,7 +42,7 @@ static inline band_t band_sqrt(band_t a, realv least) {
 // On one side of zero the chord's slope is 1 / (r^2 + r s + s^2), r and s > r the roots of the ends nearer to zero and
 // farther. It meets the curve's slope at c with c^2 = (r^2 + r s + s^2) / 3, where the tangent lies
 // slope (c - r)(s - c)(r + c + s) higher; and (c - r)(s - c) <= (s - r)^2 / 4, c <= (r + s) / 2 + (s - r) / 12.
-static inline band_t band_cbrt(band_t a) {
+static inline __attribute__((always_inline)) band_t band_cbrt(band_t a) {
   const realv low = band_low(a);
   const realv high = band_high(a);
   const realv root_low = cbrt_v(low);

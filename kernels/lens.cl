@@ -60,6 +60,8 @@ static inline void LENS(meet)(const ray_t *ray, const lens_t *lens, SURFACE(t) s
   search.departs = departs;
   search.lanes = asks & crosses;
   const root_t root = SURFACE(first_root)(search, shape, method);
+  hit->searches += one_step(search.lanes);
+  hit->steps += root.steps;
   hit->doubt = root.undecided ? min_v(hit->doubt, enter + root.t) : hit->doubt;
 
   // Take the point and normal where this root is the nearest so far

@@ -8,26 +8,28 @@
 #endif
 #define NEWTON_NEAR sqrt((real)REAL_EPSILON)  // of t: a move so short is followed by one of rounding's size, or by noise
 
-// Returns the place where F changes its sign in the bracket of a root that was found, t = 0 elsewhere. A departing lane
-// whose bracket starts at the known root looks for one of (F - F(0)) / t instead, which has lost that root; F(0) is no
+// Moves the roots that were found to where F changes its sign in their brackets. A departing lane whose bracket starts at the known root looks for one of (F - F(0)) / t instead, which has lost that root; F(0) is no
 // more than rounding.
 //
 //   tolerance  a shorter move of t ends the search, as one of two roundings does
-static inline realv SURFACE(polish)(search_t search, SURFACE(t) shape, root_t root, realv tolerance) {
+static inline void SURFACE(polish)(search_t search, SURFACE(t) shape, realv tolerance, root_t *root) {
   const realv side = search.inside ? (realv)-1 : (realv)1;
-  const maskv divides = root.found & search.departs & (root.low == (realv)0);
+  const maskv divides = root->found & search.departs & (root->low == (realv)0);
   realv f_start = (realv)0;
   if (any_lane(divides)) {
     real3v unused;
     f_start = divides ? SURFACE(f_gradient)(search.origin, shape, &unused) : (realv)0;
   }
-  realv low = root.low, high = root.high;
+  realv low = root->low, high = root->high;
   const realv finest = max_v(tolerance, (realv)REAL_EPSILON * high);
   const realv small = (realv)NEWTON_NEAR * high;
   realv last = high - low;  // move of t
-  realv t = root.t;
-  maskv moves = root.found;
+  realv t = root->t;
+  const realv fine = (realv)4 * finest;  // a bracket: F says no more in it
+  maskv moves = root->found & (high - low > fine);
   for (int i = 0; i < POLISH_LIMIT && any_lane(moves); ++i) {
+    root->steps += one_step(moves);
+
     // Take the value and slope along the ray, without the known root
     real3v gradient;
     const realv f = SURFACE(f_gradient)(at3(search.origin, search.direction, t), shape, &gradient);
@@ -49,14 +51,14 @@ static inline realv SURFACE(polish)(search_t search, SURFACE(t) shape, root_t ro
     const maskv within = (newton > low) & (newton < high);
     const realv move = abs_v(newton - t);
 
-    // Be done where the move was fine, where the next one, as moves shrink (move / last)^2 move, will be far finer, and
-    // where only rounding moves t any more
+    // Be done where move or bracket is fine, where the next move, as moves shrink (move / last)^2 move, will be far
+    // finer, and where only rounding moves t any more
     const maskv settles = within & (((realv)64 * move * move * move <= finest * last * last) | ((move >= last) & (move <= small)));
-    const maskv ends = (move <= finest) | (value == (realv)0) | settles;
+    const maskv ends = (move <= finest) | (high - low <= fine) | (value == (realv)0) | settles;
     const realv next = within ? newton : ends ? t : middle;
     t = moves ? next : t;
     last = within ? move : high - low;
     moves = moves & not_lane(ends);
   }
-  return t;
+  root->t = t;
 }

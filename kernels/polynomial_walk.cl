@@ -23,6 +23,8 @@ static inline maskv SURFACE(walk)(const realv a[SURFACE(DEGREE) + 1], realv nois
   maskv passes = (maskv)0, steps = open;
   realv t = (realv)0;
   for (int i = 0; i < STEP_LIMIT && any_lane(steps); ++i) {
+    root->steps += one_step(steps);
+
     // See f, its slope and the bounds of its curvature ahead
     realv s[SURFACE(DEGREE) + 1], low, high;
     SURFACE(recentre)(a, t, s);

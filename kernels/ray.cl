@@ -24,6 +24,8 @@ typedef struct {
   realv eta;        // n_before / n_after there
   maskv lens;       // its number
   maskv found;      // lanes that meet a surface
+  maskv searches;   // of a lens, that this took
+  maskv steps;      // that they took
   realv doubt;      // distance up to which the searches are proved; REAL_MAX where all of them are
 } hit_t;
 

@@ -12,6 +12,7 @@ static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, cons
   root_t root = SURFACE(isolate)(search, shape, method);
   maskv moves = root.found;
   for (int i = 0; i < CORRECTIONS && any_lane(moves); ++i) {
+    root.steps += one_step(moves);
     real3v gradient;
     const realv f = SURFACE(f_gradient)(at3(search.origin, search.direction, root.t), shape, &gradient);
     const realv step = f / dot3(gradient, search.direction);

@@ -1,6 +1,6 @@
 // search.cl: the question every method answers, about one surface in its own space.
 //
-// provides  search_t, root_t, no_root()        needs  prelude
+// provides  search_t, root_t, no_root(), one_step()        needs  prelude
 //
 // A method provides, for each distinct surface,
 //
@@ -29,9 +29,13 @@ typedef struct {
   realv low, high;  // where found: it lies between them and no other does; F changes its sign there
   maskv found;      // lanes that have one within the length
   maskv undecided;  // lanes for which neither a root nor its absence could be proved
+  maskv steps;      // taken by each lane: looks at F along the ray, at its polynomial or at its bounds
 } root_t;
 
 static inline root_t no_root(void) {
-  const root_t root = {(realv)0, (realv)0, (realv)0, (maskv)0, (maskv)0};
+  const root_t root = {(realv)0, (realv)0, (realv)0, (maskv)0, (maskv)0, (maskv)0};
   return root;
 }
+
+// To be added to the steps of the lanes that take one; free where no kernel reads them.
+static inline maskv one_step(maskv lanes) { return lanes & (maskv)1; }

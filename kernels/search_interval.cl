@@ -40,6 +40,8 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
   root.undecided = search.lanes & not_lane(scans) & search.inside;
 
   for (int i = 0; i < SCAN_LIMIT && any_lane(scans); ++i) {
+    root.steps += one_step(scans);
+
     // See the surface on the segment, from its middle
     const realv stop = min_v(clear + width, end);
     const realv length = stop - clear;

@@ -15,7 +15,9 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
   // March until F changes sign, the box ends, or F is no number
   realv steps = (realv)0, low = (realv)0, t = (realv)0, value = (realv)0;
   maskv marches = search.lanes;
+  root_t root = no_root();
   while (any_lane(marches)) {
+    root.steps += one_step(marches);
     steps += (realv)1;
     const realv next = min_v(steps * (realv)method->step, search.length);
     low = marches ? t : low;
@@ -26,7 +28,6 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
   }
 
   // Between the last two samples there is a root where the sign changed; a ray inside must find one
-  root_t root;
   root.found = search.lanes & (value < (realv)0);
   root.undecided = search.lanes & not_lane(root.found) & (search.inside | (value != value));
   root.t = root.undecided ? low : (realv)NUMBER(0.5) * (low + t);

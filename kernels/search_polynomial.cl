@@ -21,6 +21,7 @@
 
 // Guess and prove, for the lanes of *open; those that are settled leave it.
 static inline void SURFACE(guess)(const realv a[SURFACE(DEGREE) + 1], realv noise, maskv *open, root_t *root) {
+  root->steps += one_step(*open);
   realv b[SURFACE(DEGREE) + 1];
   SURFACE(bernstein)(a, (realv)1, b);
   realv least = b[0];
@@ -37,6 +38,8 @@ static inline void SURFACE(guess)(const realv a[SURFACE(DEGREE) + 1], realv nois
   realv t = SURFACE(polygon)(b), f, df, half_ddf;
   SURFACE(jet)(a, t, &f, &df, &half_ddf);
   for (int i = 0; i < GUESSES && any_lane(tries); ++i) {
+    root->steps += one_step(tries);
+
     // Take one of Halley's steps
     const realv inverse = df / (df * df - f * half_ddf);
     const realv h = f * inverse;

@@ -36,7 +36,8 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
   // A start within rounding of the surface must fall through it; a ray inside must come out
   const maskv starts = (a[0] * unit_0 > noise) | falls;
   const maskv ahead = (below > (realv)0) & (t < search.length);
-  root_t root;
+  root_t root = no_root();
+  root.steps = one_step(search.lanes);
   root.found = search.lanes & starts & crosses & ahead & not_lane(never);
   const maskv passes = starts & (never | (crosses & not_lane(ahead)));
   root.undecided = search.lanes & not_lane(root.found) & (search.inside | not_lane(passes));

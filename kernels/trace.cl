@@ -1,22 +1,24 @@
 // trace.cl: follow a packet of rays from the source through every surface to the picture's plane.
 //
 // provides  the kernel trace
-// needs     prelude, ray, next_ray(), parks(), refract(), land(), store_end(); generated: scene_t, start_on_lenses(), meet_lenses(),
-//           at_interface()
+// needs     prelude, ray, next_ray(), parks(), count_steps(), refract(), land(), store_end(); generated: scene_t,
+//           start_on_lenses(), meet_lenses(), at_interface()
 // set by    the generated head: RUN
 
 #define PARKS_FROM 2  // events: most rays have left their lens after two, and see in the third that they meet no other
 
 // Take living rays to the next surface and through it; those that meet none stay alive and leave *travels.
-static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *scene, int max_events) {
+static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *scene, int max_events COUNT_PARAMETERS) {
   ray_t traveller = *ray;
   traveller.alive = *travels;
   hit_t hit;
   hit.found = (maskv)0;
   hit.doubt = (realv)REAL_MAX;
   hit.lens = NOWHERE;
+  hit.searches = hit.steps = (maskv)0;
   hit.t = hit.n_lens = hit.eta = hit.point.x = hit.point.y = hit.point.z = hit.normal.x = hit.normal.y = hit.normal.z = (realv)0;
   meet_lenses(&traveller, scene, &hit);
+  count_steps(&hit COUNT_ARGUMENTS);
 
   // End what cannot go on; a doubt behind the surface that is met does not matter
   const maskv undecided = *travels & (hit.doubt < (realv)REAL_MAX) & (not_lane(hit.found) | (hit.doubt <= hit.t));
@@ -55,7 +57,7 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
 
 // One work-item carries RUN packets of the tile, one after the other: what they share is read once.
 kernel void trace(global const scene_t *restrict numbers, const int4 tile, const int max_events,
-                  END_PARAMETERS RAY_PARAMETERS PARK_PARAMETERS) {
+                  END_PARAMETERS RAY_PARAMETERS PARK_PARAMETERS COUNT_PARAMETERS) {
   const scene_t scene = *numbers;
   const int begin = (int)get_global_id(0) * (RUN * VW);
   const int end = tile.w - begin < RUN * VW ? tile.w : begin + RUN * VW;
@@ -64,7 +66,7 @@ kernel void trace(global const scene_t *restrict numbers, const int4 tile, const
     maskv travels = ray.alive;
     for (int event = 0; any_lane(travels); ++event) {
       if (event >= PARKS_FROM && parks(&ray, travels, first PARK_ARGUMENTS)) break;
-      to_next_surface(&ray, &travels, &scene, max_events);
+      to_next_surface(&ray, &travels, &scene, max_events COUNT_ARGUMENTS);
     }
     const place_t place = land(&ray, &scene.picture);
     store_end(&ray, place, first, END_ARGUMENTS);

@@ -27,6 +27,8 @@
 #undef root_t
 #undef method_t
 #undef quarter_wave
+#undef far_wave
 #undef sin_v
 #undef cos_v
 #undef no_root
+#undef one_step

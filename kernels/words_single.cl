@@ -29,6 +29,8 @@
 #define root_t single_root_t
 #define method_t single_method_t
 #define quarter_wave single_quarter_wave
+#define far_wave single_far_wave
 #define sin_v single_sin_v
 #define cos_v single_cos_v
 #define no_root single_no_root
+#define one_step single_one_step

@@ -89,6 +89,8 @@ class Measurement:
     ratios : tuple of float
         Seconds a ray over those of the frozen kernel just before and after, round by round.
     error : Error
+    steps : float
+        Of a search, in the mean; see `lenscl.tracing.StepCount`.
     undecided, escalated : float
         Shares of the film's rays: without an answer, and traced again in double precision.
     circumstances : Circumstances
@@ -96,13 +98,14 @@ class Measurement:
 
     scene: str
     method: str
-    precision: Literal["single", "double"]
+    precision: Literal["single", "double", "mixed"]
     searches: tuple[str, ...]
     ns_least: _Positive
     ns_median: _Positive
     peak: _Positive
     ratios: Annotated[tuple[_Positive, ...], Field(min_length=1)] = field(repr=False)
     error: Error
+    steps: float
     undecided: float
     escalated: float
     circumstances: Circumstances
@@ -132,7 +135,7 @@ class Measurement:
 class Run:
     """Measurements of one sitting."""
 
-    form: Literal[1] = 1  # of the file
+    form: Literal[2] = 2  # of the file
     program: str  # version and digest of what was measured
     made: str  # when, ISO 8601, UTC
     measurements: tuple[Measurement, ...]

@@ -6,9 +6,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from typing import Literal
 
+from lenscl.codegen import Precision
 from lenscl.config import Scene, load_study
-from lenscl.device import Device, Precision
+from lenscl.device import Device
 from lenscl.errors import LensclError, StudyError
 from lenscl.methods import METHODS
 from lenscl.tracing import methods_of
@@ -30,6 +32,11 @@ class Row:
     scene: Scene = field(repr=False)
     method: str
     precision: Precision
+
+    @property
+    def carried(self) -> Literal["single", "double"]:
+        """The precision that rays are carried in: what the device's peak is taken in."""
+        return "single" if self.precision == "single" else "double"
 
     def __str__(self) -> str:
         return f"{self.name} {self.method} {self.precision}"

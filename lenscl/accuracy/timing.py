@@ -13,7 +13,7 @@ from lenscl.accuracy.scenes import Row
 from lenscl.config import Scene
 from lenscl.device import Device
 from lenscl.status import RayStatus
-from lenscl.tracing import trace
+from lenscl.tracing import count_steps, trace
 
 ROUNDS = 9  # at the least of a figure that is to be believed
 _BESIDE = 0.5  # of a trace's time: for so long the frozen kernel runs on either side, to meet the same disturbances
@@ -44,11 +44,11 @@ class Bench:
 
     def timing(self, row: Row) -> Timing:
         """Return a row made ready, for those who count the rounds themselves."""
-        if row.precision not in self._frozen:
-            self._frozen[row.precision] = FrozenKernel(self.device, row.precision)
+        if row.carried not in self._frozen:
+            self._frozen[row.carried] = FrozenKernel(self.device, row.carried)
         if row.scene not in self._expected:
             self._expected[row.scene] = Expected.of(row.scene)
-        return Timing(row, self.device, self._frozen[row.precision], self._expected[row.scene])
+        return Timing(row, self.device, self._frozen[row.carried], self._expected[row.scene])
 
 
 class Timing:
@@ -61,7 +61,7 @@ class Timing:
         self._row, self._device, self._frozen, self._expected = row, device, frozen, expected
         self._raymap = trace(row.scene, method=row.method, precision=row.precision, device=device)
         self._frozen_seconds = _BESIDE * self._raymap.trace_seconds
-        self._peak = multiply_add_peak(device, row.precision)
+        self._peak = multiply_add_peak(device, row.carried)
         frozen.seconds_a_ray()
         self._between: list[float] = []
         self._seconds: list[float] = []
@@ -78,7 +78,7 @@ class Timing:
         The least time and the peak are both the best of many moments, and so are sought in the same ones.
         """
         self._between.append(self._frozen.seconds_a_ray(self._frozen_seconds))
-        self._peak = max(self._peak, multiply_add_peak(self._device, self._row.precision, tries=1))
+        self._peak = max(self._peak, multiply_add_peak(self._device, self._row.carried, tries=1))
 
     def measurement(self) -> Measurement:
         """Return what the rounds have given; at least one, and each between two of `beside`."""
@@ -94,6 +94,9 @@ class Timing:
             ns_median=median(seconds) * 1e9,
             peak=self._peak,
             ratios=tuple(own / beside for own, beside in zip(seconds, frozen, strict=True)),
+            steps=count_steps(
+                self._row.scene, method=self._row.method, precision=self._row.precision, device=self._device
+            ).mean,
             error=self._expected.error_of(raymap),
             undecided=float((raymap.status == RayStatus.UNDECIDED).mean()),
             escalated=raymap.escalated / raymap.status.size,

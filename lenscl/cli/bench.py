@@ -29,8 +29,8 @@ _NAMES = 3  # columns that name a row
     help="A method, as numerics.method names it; default: auto and march. Repeatable.",
 )  # fmt: skip
 @click.option(
-    "--precision", "precisions", type=click.Choice(["single", "double"]), multiple=True,
-    help="Default: both, where the device has both. Repeatable.",
+    "--precision", "precisions", type=click.Choice(["single", "double", "mixed"]), multiple=True,
+    help="Default: single and double, where the device has both. Repeatable.",
 )  # fmt: skip
 @click.option(
     "--rounds", type=click.IntRange(min=_LEAST_ROUNDS), default=_USUAL_ROUNDS, show_default=True,
@@ -97,7 +97,7 @@ def bench(
 
 def _print_run(run: Run) -> None:
     head = (
-        "scene", "method", "precision", "ns/ray", "median", "slots/ray", "x reference", "x march",
+        "scene", "method", "precision", "ns/ray", "median", "slots/ray", "steps", "x reference", "x march",
         "error median", "99 %", "largest", "floor", "differ", "undecided", "escalated",
     )  # fmt: skip
     _print_table(head, [_cells(each, run.march_of(each)) for each in run.measurements])
@@ -117,6 +117,7 @@ def _cells(row: Measurement, march: Measurement | None) -> list[str]:
         f"{row.ns_least:.1f}",
         f"{row.ns_median:.1f}",
         f"{row.slots:.0f}",
+        f"{row.steps:.1f}",
         f"{row.ratio:.3f} ({low:.3f}-{high:.3f})",
         "-" if march is None else f"{row.ratio / march.ratio:.3f}",
         *(f"{each:.1e}" for each in (error.pixels.median, error.pixels.high, error.pixels.largest, error.floor)),
@@ -140,6 +141,7 @@ def _circumstances(run: Run) -> list[str]:
         f"rays       {rays} of the film; to a packet: {widths}",
         f"time       {about.state}, least and median of {many(rounds, 'round')}, by the device's clock",
         f"slots      least time x the multiply-add peak seen between the rounds, up to {peaks}",
+        "steps      of a search for the next surface, in the mean; a film ray that meets a lens makes two or more",
         f"reference  the frozen kernel {about.reference_key}, launched just before and after; median, 95 % bounds",
         f"error      picture pixels, against {against}; median, 99 % and largest of rays through the lens:",
         "           " + ", ".join(f"{count} of {name}" for name, count in lens_rays.items()),

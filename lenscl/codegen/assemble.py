@@ -35,6 +35,7 @@ def kernel_source(structure: Structure) -> KernelSource:
         generated("what this scene consists of"),
         "\n".join(_calls(structure)),
         located("parks.cl" if structure.parks else "parks_never.cl"),
+        located("steps_counted.cl" if structure.counts else "steps_uncounted.cl"),
         located("trace.cl"),
     ]
     return KernelSource(structure, numbers, "\n".join(pieces))

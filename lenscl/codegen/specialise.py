@@ -32,6 +32,7 @@ class Structure:
     width: int  # lanes of a packet
     run: int  # packets that one work-item carries, one after the other
     parks: bool  # whether the last few rays of a packet are put aside for another launch
+    counts: bool = False  # whether the searches' steps are counted
 
     def surfaces(self) -> dict[str, Surface]:
         """Return the distinct surfaces by the prefix of their C names, in the order of first use.

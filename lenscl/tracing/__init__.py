@@ -6,9 +6,22 @@ on any image; painting with it is `lenscl.imaging`'s work.
 
 from __future__ import annotations
 
-from lenscl.tracing.launch import kernel_source, methods_of, trace, trace_rays
+from lenscl.tracing.job import methods_of
+from lenscl.tracing.launch import kernel_source, trace, trace_rays
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import RayMap, RayPaths
 from lenscl.tracing.start import locate
+from lenscl.tracing.steps import StepCount, count_steps
 
-__all__ = ["Placement", "RayMap", "RayPaths", "kernel_source", "locate", "methods_of", "trace", "trace_rays"]
+__all__ = [
+    "Placement",
+    "RayMap",
+    "RayPaths",
+    "StepCount",
+    "count_steps",
+    "kernel_source",
+    "locate",
+    "methods_of",
+    "trace",
+    "trace_rays",
+]

@@ -22,7 +22,7 @@ def measurement() -> Make:
     )  # fmt: skip
     usual = Measurement(
         scene="torus-close", method="auto", precision="double", searches=("polynomial",), ns_least=80.0, ns_median=82.0,
-        peak=1e11, ratios=(1.0,) * 9, error=error, undecided=0.0, escalated=0.0, circumstances=circumstances,
+        peak=1e11, ratios=(1.0,) * 9, error=error, steps=2.5, undecided=0.0, escalated=0.0, circumstances=circumstances,
     )  # fmt: skip
 
     def make(**changes: Any) -> Measurement:

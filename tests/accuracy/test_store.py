@@ -65,7 +65,7 @@ def test_an_unknown_name_is_answered_by_those_known(measurement, run, tmp_path: 
     [
         (lambda text: text[: len(text) // 2], "Invalid JSON"),
         (lambda text: "{}", "program"),
-        (lambda text: text.replace('"form": 1', '"form": 2'), "form"),
+        (lambda text: text.replace('"form": 2', '"form": 1'), "form"),
         (lambda text: text.replace('"peak": 100000000000.0', '"peak": "fast"'), "measurements.0.peak"),
         (lambda text: text.replace('"peak": 100000000000.0', '"peak": 1e999'), "measurements.0.peak"),
         (lambda text: text.replace("1.0,", "0.0,"), "measurements.0.ratios.0"),

@@ -12,6 +12,7 @@ from lenscl import RayStatus, trace
 from lenscl.accuracy import Bench, Expected, FrozenKernel, Row, Timing, timing
 from lenscl.accuracy.frozen import frozen_key
 from lenscl.device import choose
+from lenscl.tracing import count_steps
 
 SCENE = make_scene({"surface": "torus", "R": 0.7, "r": 0.25}, film={"size": [40, 30]})
 
@@ -25,7 +26,9 @@ def measuring() -> Bench:
     return Bench(choose())
 
 
-@pytest.mark.parametrize(("precision", "method"), [("double", "auto"), ("single", "auto"), ("double", "march")])
+@pytest.mark.parametrize(
+    ("precision", "method"), [("double", "auto"), ("single", "auto"), ("mixed", "auto"), ("double", "march")]
+)
 def test_a_row_says_what_was_measured_and_where(measuring: Bench, precision: str, method: str) -> None:
     measured = measuring.measure(row(precision, method), rounds=4)
     raymap = trace(SCENE, method=method, precision=precision)
@@ -34,13 +37,14 @@ def test_a_row_says_what_was_measured_and_where(measuring: Bench, precision: str
     about = measured.circumstances
     assert about.rays == 40 * 30
     assert about.kernel_key == raymap.kernel.key
-    assert about.width == choose().width(precision)  # type: ignore[arg-type]
+    assert about.width == choose().width("single" if precision == "single" else "double")
     assert about.units == choose().units >= 1
     assert {name: getattr(about, name) for name in choose().circumstances()} == choose().circumstances()
     assert about.reference_key == frozen_key()
     assert len(measured.ratios) == 4
     assert 0 < measured.ns_least <= measured.ns_median
     assert measured.slots == pytest.approx(measured.ns_least * 1e-9 * measured.peak)
+    assert measured.steps == count_steps(SCENE, method=method, precision=precision).mean > 1
     assert measured.error == Expected.of(SCENE).error_of(raymap)
     assert measured.undecided == (raymap.status == RayStatus.UNDECIDED).mean()
     assert measured.escalated == raymap.escalated / raymap.status.size

@@ -109,7 +109,7 @@ def test_another_driver_is_said_and_times_are_not_compared(lenscl, small: Path) 
         (("--scene", "moon", "--method", "guess"), 'Error: --scene: "moon" is unknown; known are heart-close, torus-'),
         (("--scene", "heart", "--method", "polynomial"), "Error: heart-close: left out: numerics.method: "),
         (("--rounds", "2"), "is not in the range x>=3"),
-        (("--precision", "half"), "'half' is not one of 'single', 'double'"),
+        (("--precision", "half"), "'half' is not one of 'single', 'double', 'mixed'"),
     ],
 )
 def test_a_wrong_request_is_refused_before_anything_is_measured(
@@ -136,7 +136,7 @@ def test_a_name_that_is_taken_is_refused_before_a_minute_has_gone(lenscl, small:
     assert (small / "base.json").read_text() == "kept"
     one = ("--method", "auto", "--precision", "double")
     assert lenscl("bench", *QUICK, *one, "--save", "base", "--force", "--folder", small).exit_code == 0
-    assert json.loads((small / "base.json").read_text())["form"] == 1
+    assert json.loads((small / "base.json").read_text())["form"] == 2
 
 
 def test_what_cannot_be_measured_is_left_out_and_said(lenscl, small: Path) -> None:

@@ -8,7 +8,7 @@ from probe import device_of_width
 from scenes import make_scene
 
 import lenscl
-from lenscl.tracing import launch
+from lenscl.tracing import job
 
 SCENES = {
     "ellipsoid": {"surface": "ellipsoid", "a": 1.0, "b": 0.8, "c": 0.6},  # 1 % of its rays are trapped at the rim
@@ -21,15 +21,15 @@ WIDTHS = [(32, 16), (4, 4)]
 def aside(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Return a list that receives how many rays each launch puts aside."""
     counts: list[int] = []
-    places = launch._Parking.places
+    places = job._Parking.places
 
-    def counted(self: launch._Parking) -> np.ndarray:
+    def counted(self: job._Parking) -> np.ndarray:
         found = places(self)
         counts.append(len(found))
         assert len(set(found.tolist())) == len(found)
         return found
 
-    monkeypatch.setattr(launch._Parking, "places", counted)
+    monkeypatch.setattr(job._Parking, "places", counted)
     return counts
 
 
@@ -47,7 +47,7 @@ def test_a_map_is_the_same_whether_rays_are_put_aside_or_not(
     parked = lenscl.trace(scene, precision=precision, device=device)
     assert parked.kernel.structure.parks
     assert sum(aside) > 50
-    monkeypatch.setattr(launch, "_ALMOST_ALONE", 99)
+    monkeypatch.setattr(job, "_ALMOST_ALONE", 99)
     alone = lenscl.trace(scene, precision=precision, device=device)
     assert not alone.kernel.structure.parks
     assert parked.events.max() > 8
@@ -61,7 +61,7 @@ def test_given_rays_are_put_aside_too(aside: list[int], monkeypatch: pytest.Monk
     d = np.stack([*rng.uniform(-0.27, 0.27, (2, 5000)), np.full(5000, -1.0)], 1)
     parked = lenscl.trace_rays(scene_of("ellipsoid"), o, d)
     assert sum(aside) > 20
-    monkeypatch.setattr(launch, "_ALMOST_ALONE", 99)
+    monkeypatch.setattr(job, "_ALMOST_ALONE", 99)
     alone = lenscl.trace_rays(scene_of("ellipsoid"), o, d)
     for array in ("st", "status", "events", "origin", "direction"):
         np.testing.assert_array_equal(getattr(parked, array), getattr(alone, array))

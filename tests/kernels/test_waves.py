@@ -18,7 +18,12 @@ def test_sine_and_cosine_are_right_to_two_ulp(precision: str, width: int) -> Non
     quarters = (np.arange(-650, 651) * (np.pi / 2)).astype(dtype)  # the numbers nearest to the zeros
     beside = [np.nextafter(quarters, dtype(side)) for side in (-np.inf, np.inf)]
     reach = REACH[precision]
-    anywhere = rng.uniform(-reach, reach, 1500), rng.uniform(-1000, 1000, 1500), rng.uniform(-7, 7, 1500), rng.normal(size=500) * 1e-5
+    anywhere = (
+        rng.uniform(-reach, reach, 1500),
+        rng.uniform(-1000, 1000, 1500),
+        rng.uniform(-7, 7, 1500),
+        rng.normal(size=500) * 1e-5,
+    )
     numbers = np.concatenate([quarters, *beside, *anywhere]).astype(dtype)
     numbers = numbers[(np.abs(numbers) <= reach) & (numbers != 0)]
     waves = Probe((), BODY, 1, 2, precision, width)(numbers.astype(np.float64))

@@ -1,0 +1,294 @@
+"""A scene made ready for launches: what it is compiled to, its numbers on the device, and the launches themselves.
+
+One launch traces one tile, which bounds the memory a film takes on the device.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lenscl import codegen, device, effects, methods
+from lenscl.codegen import KernelSource, Structure
+from lenscl.config import Scene
+from lenscl.device import Buffer, Device
+from lenscl.errors import StudyError, TraceError
+from lenscl.methods import LAST_RESORT, Method
+from lenscl.status import RayStatus
+from lenscl.tracing.numbers import scene_numbers
+from lenscl.tracing.placement import Placement
+from lenscl.tracing.raymap import RayPaths
+from lenscl.tracing.start import locate
+
+_TILE_PIXELS = 2**20  # about 19 MB of buffers in double; the most that kernels/film.cl allows
+_ALMOST_ALONE = 4  # of a packet's lanes, one in so many may be put aside, as in kernels/parks.cl
+_MARCH_STEPS = 10**6  # steps through a lens's box beyond which `march` would never come home
+_REALS: dict[str, type[np.floating[Any]]] = {"single": np.float32, "double": np.float64}
+_MAP = (("st", 2), ("status", 0), ("events", 0))  # name, reals a ray; 0: one byte
+_ARRAYS = {"map": _MAP, "legs": (*_MAP, ("origin", 3), ("direction", 3))}  # as the kernels' ends_*.cl take them
+
+
+class Job:
+    """A scene made ready for launches: its program, its numbers on the device, and the time spent."""
+
+    def __init__(self, scene: Scene, source: KernelSource, chosen: Device) -> None:
+        self.scene, self.source, self.device = scene, source, chosen
+        self.dtype = _REALS[source.structure.carried]
+        self._seconds, self._escalated = 0.0, 0
+        self.searches, self.steps = 0, 0  # where the structure counts them
+        self._program = chosen.build(source.text)
+        self._numbers = chosen.upload(source.layout.pack(scene_numbers(scene, source), self.dtype))
+        self._arrays = _ARRAYS[source.structure.ends]
+        self._buffers: dict[str, Buffer] = {}
+
+    @classmethod
+    def prepare(
+        cls,
+        scene: Scene,
+        rays: str,
+        ends: str,
+        method: str | None,
+        precision: str | None,
+        wanted: Device | str | None,
+        counts: bool = False,
+    ) -> Job:
+        """Return the job of a scene, of rays and ends as `Structure` has them; method and precision replace its own."""
+        asked = {"numerics.method": method, "numerics.precision": precision}
+        scene = scene.replace({key: value for key, value in asked.items() if value is not None})
+        chosen = chosen_device(wanted)
+        structure = replace(structure_of(scene, rays, ends, chosen), counts=counts)
+        _check_steps(scene, structure)
+        return cls(scene, codegen.kernel_source(structure), chosen)
+
+    def empty_ends(self, rays: int) -> dict[str, NDArray[Any]]:
+        """Return arrays for the ends of so many rays, one row a ray."""
+        try:
+            return {
+                name: np.empty((rays, n), self.dtype) if n else np.empty(rays, np.uint8) for name, n in self._arrays
+            }
+        except MemoryError as error:
+            raise TraceError(
+                f"film.size: there is no memory for the map of {rays:,} pixels; use a smaller film"
+            ) from error
+
+    def padded(self, array: NDArray[Any]) -> NDArray[Any]:
+        """Return rows repeated at the end up to whole packets."""
+        missing = -len(array) % self.source.structure.width
+        return np.concatenate([array, np.repeat(array[-1:], missing, axis=0)])
+
+    def run_film(self) -> dict[str, NDArray[Any]]:
+        """Trace the ray of every film pixel; return the ends, row by row."""
+        film = self.scene.film
+        ends = self.empty_ends(film.rows * film.columns)
+        for row, column, columns, first, count in _tiles(film.rows, film.columns):
+            self.run(ends, (row, column, columns, count), first, ())
+        return ends
+
+    def run(
+        self, ends: dict[str, NDArray[Any]], tile: tuple[int, int, int, int], first: int, rays: Sequence[Buffer]
+    ) -> None:
+        """Trace a tile into the rows of `ends` from `first` on."""
+        count, width = tile[3], self.source.structure.width
+        packets = -(-count // width)
+        for name, numbers in self._arrays:
+            nbytes = packets * width * (numbers * np.dtype(self.dtype).itemsize or 1)
+            if name not in self._buffers or self._buffers[name].nbytes < nbytes:
+                self._buffers[name] = self.device.empty(nbytes)
+        parking = _Parking(self.device, self.source.structure, packets) if self.source.structure.parks else None
+        self._launch(tile, packets, [*rays, *(parking.arguments(False) if parking else ())])
+        for name, _ in self._arrays:
+            self.device.download(self._buffers[name], ends[name][first : first + count])
+        if parking is None or not (places := parking.places()).size:
+            return
+
+        # Carry on those that were put aside; their ends come in the order in which they were
+        again = len(places)
+        self._launch((0, 0, again, again), -(-again // width), [*rays, *parking.arguments(True)])
+        for name, array in ends.items():
+            part = np.empty((again, *array.shape[1:]), array.dtype)
+            self.device.download(self._buffers[name], part)
+            array[first + places] = part
+
+    def _launch(self, tile: tuple[int, int, int, int], packets: int, inputs: Sequence[Any]) -> None:
+        outputs = [self._buffers[name] for name, _ in self._arrays]
+        most = np.int32(self.scene.numerics.max_events)
+        items = -(-packets // self.source.structure.run)
+        counts = np.zeros((items, 2), np.uint32)  # searches and steps of a work-item
+        counters = [self.device.upload(counts)] if self.source.structure.counts else []
+        arguments = [self._numbers, np.array(tile, np.int32), most, *outputs, *inputs, *counters]
+        self._seconds += self._program.run("trace", items, arguments)
+        for counter in counters:
+            self.device.download(counter, counts)
+        self.searches, self.steps = np.add(counts.sum(axis=0, dtype=np.int64), (self.searches, self.steps)).tolist()
+
+    def decide(self, ends: dict[str, NDArray[Any]], rays_of: Callable[[NDArray[np.intp]], tuple[Any, Any]]) -> None:
+        """Trace again, in the next precision that device and lenses allow, the rays that were left undecided."""
+        undecided = np.flatnonzero(ends["status"] == RayStatus.UNDECIDED)
+        if not undecided.size or (next_job := self._more_precise()) is None:
+            return
+        points, vectors = rays_of(undecided)
+        goes = vectors.any(axis=1)  # a film pixel on the source has no direction
+        undecided = undecided[goes]
+        again = traced_rays(next_job, points[goes], unit_vectors(vectors[goes]))
+        for name, array in ends.items():
+            array[undecided] = getattr(again, name)
+        self._escalated = len(undecided)
+        self._seconds += again.trace_seconds
+
+    def _more_precise(self) -> Job | None:
+        """Return the job of the next precision: double after single and mixed, then twice that where lenses have it."""
+        scene = self.scene.replace({"numerics.precision": "double"})
+        source = self.source.structure
+        structure = structure_of(scene, "given", "legs", self.device) if self.device.has_double else None
+        if source.precision == "double":
+            methods_now = tuple(
+                LAST_RESORT if row.is_guaranteed and codegen.has_twice(surface) else row
+                for row, surface in zip(source.methods, source.lenses, strict=True)
+            )
+            if methods_now == source.methods:
+                return None
+            assert structure is not None
+            structure = replace(structure, methods=methods_now)
+        return None if structure is None else Job(scene, codegen.kernel_source(structure), self.device)
+
+    def record(self) -> dict[str, Any]:
+        """Return what a result says of how it was made."""
+        return {
+            "trace_seconds": self._seconds,
+            "escalated": self._escalated,
+            "kernel": self.source,
+            "scene": self.scene,
+            "device": self.device,
+        }
+
+
+class _Parking:
+    """Where a launch puts aside the last few rays of its packets, as kernels/parks.cl does."""
+
+    def __init__(self, chosen: Device, structure: Structure, packets: int) -> None:
+        words, width = structure.ray_words, structure.width
+        room = packets * (width // _ALMOST_ALONE) + width  # a packet's worth beyond is read, not used
+        self._device = chosen
+        self._count = chosen.upload(np.zeros(1, np.int32))
+        self._places = chosen.empty(4 * room)
+        self._words = chosen.empty(np.dtype(_REALS[structure.carried]).itemsize * words * room)
+
+    def arguments(self, carries_on: bool) -> tuple[Any, ...]:
+        """Return what the kernel takes; the second launch carries on what the first put aside."""
+        return np.int32(carries_on), self._count, self._places, self._words
+
+    def places(self) -> NDArray[np.int32]:
+        """Return the rays that were put aside, by their numbers in the launch."""
+        count = np.empty(1, np.int32)
+        self._device.download(self._count, count)
+        places = np.empty(int(count[0]), np.int32)
+        self._device.download(self._places, places)
+        return places
+
+
+def traced_rays(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> RayPaths:
+    """Return the paths of given rays: points and unit directions, shape (N, 3)."""
+    inside, on = locate(job.scene, points)
+    ends = job.empty_ends(len(points))
+    for first in range(0, len(points), _TILE_PIXELS):
+        part = slice(first, first + _TILE_PIXELS)
+        count = len(points[part])
+        arrays = [points[part].astype(job.dtype), units[part].astype(job.dtype), inside[part], on[part]]
+        job.run(ends, (0, first, count, count), first, [job.device.upload(job.padded(array)) for array in arrays])
+    job.decide(ends, lambda undecided: (points[undecided], units[undecided]))
+    return RayPaths(**shaped(ends, len(points)), **job.record())
+
+
+def methods_of(scene: Scene) -> tuple[Method, ...]:
+    """Return the method that searches each lens.
+
+    Raises
+    ------
+    StudyError
+        If the one asked for does not serve a lens.
+    """
+    wanted, chosen, problems = scene.numerics.method, [], []
+    for number, lens in enumerate(scene.lenses):
+        is_polynomial = lens.surface.sign_polynomial(lens.values) is not None
+        method = methods.choose(wanted, is_polynomial=is_polynomial)
+        if method is None:
+            which = f'lens "{lens.name}"' if lens.name else f"lens[{number}]"
+            problems.append(
+                f'numerics.method: "{wanted}" searches polynomials, and {which} ({lens.surface.name}) is none '
+                'with these parameters; use "auto"'
+            )
+        else:
+            chosen.append(method)
+    if problems:
+        raise StudyError(problems)
+    return tuple(chosen)
+
+
+def chosen_device(wanted: Device | str | None) -> Device:
+    """Return the device that was asked for, by itself, by name, or not at all."""
+    return wanted if isinstance(wanted, Device) else device.choose(wanted)
+
+
+def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structure:
+    """Return what a scene's kernel is made of on a device."""
+    numerics = scene.numerics
+    if numerics.precision != "single" and not chosen.has_double:
+        raise TraceError(
+            f"numerics.precision: {chosen.label} has no double precision; "
+            'set precision = "single", or choose another of `lenscl devices` by LENSCL_DEVICE'
+        )
+    width = chosen.width("single" if numerics.precision == "single" else "double")
+    return Structure(
+        lenses=tuple(lens.surface for lens in scene.lenses),
+        rays=rays,
+        ends=ends,
+        methods=methods_of(scene),
+        snell=numerics.snell,
+        effects=effects.wanted({key: getattr(scene.effects, key) for key in effects.EFFECTS}),
+        precision=numerics.precision,
+        width=width,
+        run=chosen.run,
+        parks=chosen.run > 1 and width >= _ALMOST_ALONE,
+    )
+
+
+def _check_steps(scene: Scene, structure: Structure) -> None:
+    if "step" not in structure.reads():
+        return
+    diagonal = max(Placement.of(lens).diagonal() for lens in scene.lenses)
+    if diagonal > _MARCH_STEPS * scene.numerics.step:
+        raise StudyError(
+            [
+                f"numerics.step: {scene.numerics.step:g} would take more than {_MARCH_STEPS:,} steps through a lens "
+                f"{diagonal:g} across; use at least {diagonal / _MARCH_STEPS:.3g}"
+            ]
+        )
+
+
+def shaped(arrays: dict[str, NDArray[Any]], *shape: int) -> dict[str, Any]:
+    """Return arrays of one row a ray with the rays in another shape."""
+    return {name: array.reshape(*shape, *array.shape[1:]) for name, array in arrays.items()}
+
+
+def _tiles(rows: int, columns: int) -> Iterator[tuple[int, int, int, int, int]]:
+    """Yield (first row, first column, columns, first pixel, pixels): whole rows, or parts of one that is too long."""
+    if columns > _TILE_PIXELS:
+        for row in range(rows):
+            for column in range(0, columns, _TILE_PIXELS):
+                part = min(_TILE_PIXELS, columns - column)
+                yield row, column, part, row * columns + column, part
+        return
+    together = _TILE_PIXELS // columns
+    for row in range(0, rows, together):
+        yield row, 0, columns, row * columns, columns * min(together, rows - row)
+
+
+def unit_vectors(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return vectors, shape (N, 3), none of them zero, scaled to length 1."""
+    scaled = vectors / np.abs(vectors).max(axis=1, keepdims=True)  # whose squares stay within the range of numbers
+    unit: NDArray[np.float64] = scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
+    return unit
