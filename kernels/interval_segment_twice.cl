@@ -16,8 +16,11 @@ static inline SURFACE(parts_t) SURFACE(on_segment)(const search_t *search, realv
                         SURFACE(place_twice)(o.z, d.z, mid)};
   const dd_t share = dd_of(half_length);
   const dd3_t along = {dd_multiply(d.x, share), dd_multiply(d.y, share), dd_multiply(d.z, share)};
-  const real3v reach = {abs_v(o.x) + (realv)2 * abs_v(d.x.high), abs_v(o.y) + (realv)2 * abs_v(d.y.high),
-                        abs_v(o.z) + (realv)2 * abs_v(d.z.high)};
-  const real3v drift = {ROUNDING * reach.x, ROUNDING * reach.y, ROUNDING * reach.z};
+  const real3v drift = {ROUNDING * (abs_v(o.x) + (realv)2 * abs_v(d.x.high)),
+                        ROUNDING * (abs_v(o.y) + (realv)2 * abs_v(d.y.high)),
+                        ROUNDING * (abs_v(o.z) + (realv)2 * abs_v(d.z.high))};
+  const real3v reach = {(abs_v(middle.x.high) + abs_v(along.x.high)) * WIDEN + drift.x,
+                        (abs_v(middle.y.high) + abs_v(along.y.high)) * WIDEN + drift.y,
+                        (abs_v(middle.z.high) + abs_v(along.z.high)) * WIDEN + drift.z};
   return SURFACE(parts_twice)(middle, along, reach, drift, shape);
 }

@@ -4,36 +4,37 @@
 // needs     prelude, search; SURFACE(along), the coefficients of F(o + t d); SURFACE(magnitude), F with all its terms
 //           positive; SURFACE(DEGREE), 2 or more; SURFACE(ROUNDINGS), how many of them an error of F adds up
 
-// Write F along the ray, positive on the ray's side, into a: the coefficients of t. A known root at 0 is divided out.
-// Returns the bound of the rounding of f up to where the ray leaves the box.
+// A bound of roundings above this could be that of values which are none, or whose products are none
+#define MOST_NOISE (REAL_MAX * REAL_EPSILON * REAL_EPSILON)
+
+// Write F along the ray, positive on the ray's side, into a: the coefficients of t, which is in units of the ray's length,
+// for powers of a direction leave the range of numbers where a length as small or large does not. A known root at 0 is
+// divided out. Returns the bound of the rounding of f on [0, 1].
 static inline realv SURFACE(on_ray)(const search_t *search, SURFACE(t) shape, realv a[SURFACE(DEGREE) + 1]) {
   realv c[SURFACE(DEGREE) + 1];
-  SURFACE(along)(search->origin, search->direction, shape, c);
+  const real3v way = {search->direction.x * search->length, search->direction.y * search->length,
+                      search->direction.z * search->length};
+  SURFACE(along)(search->origin, way, shape, c);
   const realv side = search->inside ? (realv)-1 : (realv)1;
 #pragma unroll
   for (int i = 0; i < SURFACE(DEGREE); ++i) a[i] = side * (search->departs ? c[i + 1] : c[i]);
   a[SURFACE(DEGREE)] = search->departs ? (realv)0 : side * c[SURFACE(DEGREE)];
 
-  const real3v reach = {abs_v(search->origin.x) + abs_v(search->direction.x) * search->length,
-                        abs_v(search->origin.y) + abs_v(search->direction.y) * search->length,
-                        abs_v(search->origin.z) + abs_v(search->direction.z) * search->length};
+  const real3v reach = {abs_v(search->origin.x) + abs_v(way.x), abs_v(search->origin.y) + abs_v(way.y),
+                        abs_v(search->origin.z) + abs_v(way.z)};
   return (realv)(REAL_EPSILON * SURFACE(ROUNDINGS)) * SURFACE(magnitude)(reach, shape);
 }
 
-// The same, with the ray's length as the unit of t, and of f where a root was divided out: on [0, 1]; and with the
-// noise's power of two as that of f, so that squares stay within the range of numbers. Lanes whose coefficients did not
-// are left out of *known; so are those where what was flushed to zero might matter beside the noise.
+// The same with the noise's power of two as the unit of f, so that squares stay within the range of numbers. Lanes whose
+// coefficients may not have done so are left out of *known; so are those where what was flushed to zero might matter
+// beside the noise.
 static inline realv SURFACE(on_unit_ray)(const search_t *search, SURFACE(t) shape, realv a[SURFACE(DEGREE) + 1],
                                          maskv *known) {
   const realv noise = SURFACE(on_ray)(search, shape, a);
-  *known = (noise > (realv)(REAL_TINY / REAL_EPSILON)) & (noise < (realv)REAL_MAX);
+  *known = (noise > (realv)(REAL_TINY / REAL_EPSILON)) & (noise < (realv)MOST_NOISE);
   const realv scale = down_scale(noise);
-  realv unit = search->departs ? search->length * scale : scale;
 #pragma unroll
-  for (int i = 0; i <= SURFACE(DEGREE); ++i) {
-    a[i] *= unit;
-    unit *= search->length;
-  }
+  for (int i = 0; i <= SURFACE(DEGREE); ++i) a[i] *= scale;
   return noise * scale;
 }
 

@@ -2,10 +2,9 @@
 //
 // provides  SURFACE(isolate)()        needs  prelude, functions, search, polynomial_ray, of degree 2
 //
-// f(t) = a0 + a1 t + a2 t^2, positive before the first root. With s = -a1 and m = -2 a2 that is where the larger of
-// 2 a0 / (s + sqrt(s^2 + 2 a0 m)) and (sqrt(s^2 + 2 a0 m) - s) / m does not cancel. With t in
-// units of the ray's length the errors of the three coefficients add up to `noise` at most, which leaves the discriminant
-// uncertain by noise times the largest of 2 |a1|, 4 |a0| and 4 |a2|, and a little for terms of second order: what lies
+// f(t) = a0 + a1 t + a2 t^2, positive before the first root, t in units of the ray's length. With s = -a1 and m = -2 a2 that is where the larger of
+// 2 a0 / (s + sqrt(s^2 + 2 a0 m)) and (sqrt(s^2 + 2 a0 m) - s) / m does not cancel. The errors of the three
+// coefficients add up to `noise` at most, which leaves the discriminant uncertain by noise times the largest of 2 |a1|, 4 |a0| and 4 |a2|, and a little for terms of second order: what lies
 // within is a touch or none, undecided.
 
 static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const method_t *method) {
@@ -23,24 +22,21 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
   const realv below = falls ? s + reach : m;
   const realv t = above / below;
 
-  // Are there roots? In units of the length, for that is how the noise is known
-  const realv unit_0 = search.departs ? search.length : (realv)1;
-  const realv unit_1 = unit_0 * search.length;
-  const realv largest = max_v(max_v(abs_v(s) * unit_1, (f + f) * unit_0), abs_v(m) * unit_1 * search.length);
+  // Are there roots?
+  const realv largest = max_v(max_v(abs_v(s), f + f), abs_v(m));
   const realv doubt = (realv)NUMBER(2.5) * noise * largest;
-  const realv scaled = square * unit_1 * unit_1;
-  const maskv known = (noise > (realv)(REAL_TINY / REAL_EPSILON)) & (doubt > (realv)REAL_TINY) & (doubt < (realv)REAL_MAX);
-  const maskv crosses = known & (scaled > doubt);
-  const maskv never = known & ((scaled < -doubt) | ((s <= (realv)0) & (m <= (realv)0)));
+  const maskv known = (noise > (realv)(REAL_TINY / REAL_EPSILON)) & (doubt > (realv)REAL_TINY) & (doubt < (realv)MOST_NOISE);
+  const maskv crosses = known & (square > doubt);
+  const maskv never = known & ((square < -doubt) | ((s <= (realv)0) & (m <= (realv)0)));
 
   // A start within rounding of the surface must fall through it; a ray inside must come out
-  const maskv starts = (a[0] * unit_0 > noise) | falls;
-  const maskv ahead = (below > (realv)0) & (t < search.length);
+  const maskv starts = (a[0] > noise) | falls;
+  const maskv ahead = (below > (realv)0) & (t < (realv)1);
   root_t root = no_root();
   root.steps = one_step(search.lanes);
   root.found = search.lanes & starts & crosses & ahead & not_lane(never);
   const maskv passes = starts & (never | (crosses & not_lane(ahead)));
   root.undecided = search.lanes & not_lane(root.found) & (search.inside | not_lane(passes));
-  root.t = root.low = root.high = root.found ? t : (realv)0;
+  root.t = root.low = root.high = root.found ? t * search.length : (realv)0;
   return root;
 }

@@ -65,10 +65,11 @@ def _unit_box(values: Values) -> Box:
 
 
 # B = x^2 + y^2 + z^2 - R^2 - r^2, grouped so that a thin tube loses nothing: the quartic A^2 - 4 R^2 (x^2 + y^2) of
-# A = B + 2 R^2 is B^2 + 4 R^2 (z^2 - r^2) exactly. Inside a spindle torus (r > R) it has a second sheet; A < 0 there.
+# A = B + 2 R^2 is B^2 + 4 R^2 (z^2 - r^2) exactly. Inside a spindle torus (r > R) it has a second sheet; A < 0 there. A
+# is taken times a length squared: values that are compared must be of one degree, or rounding decides in large scenes.
 _TORUS_B = "((x^2 + y^2 - R^2) + (z^2 - r^2))"
 _TORUS_QUARTIC = f"{_TORUS_B}^2 + 4*R^2*(z^2 - r^2)"
-_TORUS = f"min({_TORUS_QUARTIC}, {_TORUS_B} + 2*R^2)"
+_TORUS = f"min({_TORUS_QUARTIC}, (R^2 + r^2)*({_TORUS_B} + 2*R^2))"
 
 _GOLDEN2 = "2.618033988749895"  # t^2, t = (1 + sqrt 5) / 2
 _BARTH = (
@@ -115,7 +116,7 @@ def _rows() -> tuple[Surface, ...]:
             name="torus",
             summary="a ring about the z axis; for r > R a spindle, filled",
             formula="(R - sqrt(x^2 + y^2))^2 + z^2 - r^2",
-            source="elementary; here min(A^2 - 4 R^2 (x^2 + y^2), A) of A = x^2 + y^2 + z^2 + R^2 - r^2",
+            source="elementary; here min(A^2 - 4 R^2 (x^2 + y^2), (R^2 + r^2) A) of A = x^2 + y^2 + z^2 + R^2 - r^2",
             parameters=(length("R", 0.7, "radius of the ring"), length("r", 0.25, "radius of the tube")),
             expression=read(_TORUS, "R", "r"),
             polynomial=read(_TORUS_QUARTIC, "R", "r"),
@@ -144,7 +145,7 @@ def _rows() -> tuple[Surface, ...]:
             formula="4*(t^2*x^2 - y^2)*(t^2*y^2 - z^2)*(t^2*z^2 - x^2) - (1 + 2*t)*w^2*(x^2 + y^2 + z^2 - w^2)^2",
             source="W. Barth, Two projective surfaces with many nodes, J. Algebraic Geom. 5, 1996; t = (1 + sqrt(5))/2",
             parameters=(length("w", 1.0, "scale of the sextic"), length("clip", 1.8, "radius of the ball")),
-            expression=read(f"max({_BARTH}, x^2 + y^2 + z^2 - clip^2)", "w", "clip"),
+            expression=read(f"max({_BARTH}, clip^4*(x^2 + y^2 + z^2 - clip^2))", "w", "clip"),
             extent=_barth_box,
         ),
         Surface(
