@@ -1,14 +1,14 @@
 // lens.cl: meet one lens. Into its space, ask its surface's search, and back with a point and a normal.
 //
 // provides  LENS(meet)(), LENS(start)()
-// needs     prelude, ray, placement, search, SURFACE(first_root), SURFACE(gradient)
+// needs     prelude, ray, placement, search, SURFACE(first_root), SURFACE(gradient), SURFACE(leaf_gradient)
 // set by    the generated assembly, once a lens: LENS_NUMBER; LENS(name), its own version of a name; SURFACE(name);
 //           SURFACE(CONVEX), whether no ray that left the solid meets it again
 
-// The outward normal at local points, in the world, of a length that can be squared in either precision. Of the lanes,
-// those without one, at a singular point, are left out of *defined.
-static inline real3v LENS(normal)(const lens_t *lens, SURFACE(t) shape, real3v p, maskv lanes, maskv *defined) {
-  real3v n = to_world_normal(lens, SURFACE(gradient)(p, shape));
+// The outward normal in the world, from the gradient in local space, of a length that can be squared in either precision.
+// Of the lanes, those without one, at a singular point, are left out of *defined.
+static inline real3v LENS(normal)(const lens_t *lens, real3v gradient, maskv lanes, maskv *defined) {
+  real3v n = to_world_normal(lens, gradient);
   realv square = dot3(n, n);
   *defined = (square > (realv)NUMBER(1e-24)) & (square < (realv)NUMBER(1e24));
   if (!any_lane(lanes & not_lane(*defined))) return n;
@@ -27,7 +27,8 @@ static inline void LENS(start)(ray_t *ray, const lens_t *lens, SURFACE(t) shape)
   const maskv lanes = ray->alive & (ray->on == (maskv)LENS_NUMBER);
   if (!any_lane(lanes)) return;
   maskv defined;
-  const real3v normal = LENS(normal)(lens, shape, to_local_point(lens, ray->origin), lanes, &defined);
+  const real3v gradient = SURFACE(gradient)(to_local_point(lens, ray->origin), shape);
+  const real3v normal = LENS(normal)(lens, gradient, lanes, &defined);
   const maskv enters = dot3(normal, ray->direction) < (realv)0;
   ray->inside = (lanes & enters) ? (maskv)LENS_NUMBER : ray->inside;
   end_ray(ray, lanes & not_lane(defined), RAY_UNDECIDED);
@@ -70,7 +71,8 @@ static inline void LENS(meet)(const ray_t *ray, const lens_t *lens, SURFACE(t) s
   if (!any_lane(nearer)) return;
   const real3v point = at3(search.origin, direction, root.t);
   maskv defined;
-  const real3v normal = LENS(normal)(lens, shape, point, nearer, &defined);
+  const real3v gradient = SURFACE(leaf_gradient)(point, shape, root.leaf);
+  const real3v normal = LENS(normal)(lens, gradient, nearer, &defined);
   hit->t = nearer ? t : hit->t;
   hit->point = pick3(nearer, to_world_point(lens, point), hit->point);
   hit->normal = pick3(nearer, normal, hit->normal);

@@ -1,6 +1,6 @@
 // newton.cl: polish a bracketed root.
 //
-// provides  SURFACE(polish)()        needs  prelude, functions, search, SURFACE(f_gradient)
+// provides  SURFACE(polish)()        needs  prelude, functions, search, SURFACE(leaf_f_gradient)
 // source    Press et al., Numerical Recipes, 3rd ed., sec. 9.4: Newton's method kept inside its bracket
 
 #ifndef POLISH_LIMIT
@@ -18,7 +18,7 @@ static inline void SURFACE(polish)(search_t search, SURFACE(t) shape, realv tole
   realv f_start = (realv)0;
   if (any_lane(divides)) {
     real3v unused;
-    f_start = divides ? SURFACE(f_gradient)(search.origin, shape, &unused) : (realv)0;
+    f_start = divides ? SURFACE(leaf_f_gradient)(search.origin, shape, root->leaf, &unused) : (realv)0;
   }
   realv low = root->low, high = root->high;
   const realv finest = max_v(tolerance, (realv)REAL_EPSILON * high);
@@ -32,7 +32,7 @@ static inline void SURFACE(polish)(search_t search, SURFACE(t) shape, realv tole
 
     // Take the value and slope along the ray, without the known root
     real3v gradient;
-    const realv f = SURFACE(f_gradient)(at3(search.origin, search.direction, t), shape, &gradient);
+    const realv f = SURFACE(leaf_f_gradient)(at3(search.origin, search.direction, t), shape, root->leaf, &gradient);
     realv value = side * (f - f_start);
     realv slope = side * dot3(gradient, search.direction);
     if (any_lane(divides)) {

@@ -22,6 +22,7 @@ static inline root_t SURFACE(first_root)(search_t search, SURFACE(t) shape, cons
   root.high = to_double(isolated.high);
   root.found = double_lanes(isolated.found);
   root.undecided = double_lanes(isolated.undecided);
+  root.leaf = to_double(isolated.leaf);
   root.steps = double_lanes(isolated.steps);
   if (any_lane(root.found)) SURFACE(polish)(search, shape, SURFACE(TOLERANCE), &root);
   return root;

@@ -12,6 +12,8 @@
 // is written only for the methods that call it:
 //   SURFACE(f)(p, shape)                     F, negative inside
 //   SURFACE(f_gradient)(p, shape, &g)        the same with grad F in g
+//   SURFACE(leaf_f_gradient)(p, shape, leaf, &g), SURFACE(leaf_gradient)(p, shape, leaf)
+//                                            of a leaf of F, a smooth part, by the number in root_t
 //   SURFACE(along)(o, d, shape, c)           the coefficients of F(o + t d), a polynomial
 //   SURFACE(magnitude)(p, shape)             the polynomial with all its terms positive
 
@@ -29,11 +31,12 @@ typedef struct {
   realv low, high;  // where found: it lies between them and no other does; F changes its sign there
   maskv found;      // lanes that have one within the length
   maskv undecided;  // lanes for which neither a root nor its absence could be proved
+  realv leaf;       // where found: the number of the leaf of F that crosses, in interval; 0 where F is not taken apart
   maskv steps;      // taken by each lane: looks at F along the ray, at its polynomial or at its bounds
 } root_t;
 
 static inline root_t no_root(void) {
-  const root_t root = {(realv)0, (realv)0, (realv)0, (maskv)0, (maskv)0, (maskv)0};
+  const root_t root = {(realv)0, (realv)0, (realv)0, (maskv)0, (maskv)0, (realv)0, (maskv)0};
   return root;
 }
 

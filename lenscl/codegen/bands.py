@@ -1,4 +1,4 @@
-"""Write a surface as bands on a segment of a ray: its polynomial parts there, and of their bands the rest."""
+"""Write a surface as bands on a segment of a ray: its polynomial parts there, and of their bands its smooth leaves."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from lenscl.expr import (
     Expr,
     band_text,
     build,
+    creased,
     degree,
     derivative_along,
     is_rational,
@@ -23,6 +24,7 @@ from lenscl.lenses import Surface
 
 _AXES = "xyz"
 _KINDS = ("linear", "quadratic", "cubic", "quartic")  # polynomials of kernels/interval_polynomials.cl, by degree
+_MOST_LEAVES = 8  # each has bands and parabolas of its own
 _INNER = 2  # degree of what a part is made of, as far as roundings are followed
 _HORNER = 4  # roundings a degree for the sums that follow, twice over to cover terms of second order
 _UNIT = symbol("REAL_EPSILON")
@@ -41,14 +43,14 @@ def band_functions_twice(prefix: str, surface: Surface, precision: Precision) ->
 
 def has_twice(surface: Surface) -> bool:
     """Say whether a surface's parts can be computed in twice the precision."""
-    parts = pieces(surface.expression, _AXES, len(_KINDS))[1]
-    return is_rational(parts.values())
+    return is_rational(_taken_apart(surface)[2].values())
 
 
 def _functions(prefix: str, surface: Surface, precision: Precision, write_parts: Callable[..., str]) -> str:
-    rest, parts = pieces(surface.expression, _AXES, len(_KINDS))
+    joined, leaves, parts = _taken_apart(surface)
     sloped = {name: unlike(f"{name}_slope", {*shape_symbols(surface), *parts}) for name in parts}
-    slope = derivative_along(rest, {name: symbol(of) for name, of in sloped.items()})
+    along = {name: symbol(of) for name, of in sloped.items()}
+    leaf_slopes = {name: derivative_along(leaf, along) for name, leaf in leaves.items()}
     kinds = {name: _KINDS[_degree(part) - 1] for name, part in parts.items()}
     bands = {name: f"band_of_{kind}(parts->{name})" for name, kind in kinds.items()}
     starts = {name: f"start_of_{kind}(parts->{name})" for name, kind in kinds.items()}
@@ -57,11 +59,24 @@ def _functions(prefix: str, surface: Surface, precision: Precision, write_parts:
         (
             _parts_struct(prefix, kinds),
             write_parts(prefix, surface, parts, precision),
-            _band_function(prefix, "band", surface, rest, bands, precision),
-            _band_function(prefix, "start_band", surface, rest, starts, precision),
-            _band_function(prefix, "slope_band", surface, slope, bands | slopes, precision),
+            _leaves_text(prefix, joined, len(leaves)),
+            _bands_function(prefix, "bands", surface, leaves, bands, precision),
+            _bands_function(prefix, "start_bands", surface, leaves, starts, precision),
+            _bands_function(prefix, "slope_bands", surface, leaf_slopes, bands | slopes, precision),
         )
     )
+
+
+def leaves_of(surface: Surface) -> tuple[Expr, ...]:
+    """Return the smooth leaves of F, as search_interval.cl numbers them."""
+    return tuple(creased(surface.expression, _MOST_LEAVES)[1].values())
+
+
+def _taken_apart(surface: Surface) -> tuple[Expr, dict[str, Expr], dict[str, Expr]]:
+    """Return how a surface's leaves are joined, the leaves with symbols for their polynomial parts, and these parts."""
+    joined, leaves = creased(surface.expression, _MOST_LEAVES)
+    rests, parts = pieces(tuple(leaves.values()), _AXES, len(_KINDS))
+    return joined, dict(zip(leaves, rests, strict=True)), parts
 
 
 def _degree(part: Expr) -> int:
@@ -86,7 +101,7 @@ def _parts_function(prefix: str, surface: Surface, parts: dict[str, Expr], preci
     outputs: dict[str, Expr] = {}
     lines = [f"{prefix}_parts_t parts;"]
     for name, part in parts.items():
-        whole, inner = pieces(part, _AXES, _INNER)
+        (whole,), inner = pieces([part], _AXES, _INNER)
         coefficients: dict[str, tuple[Expr, ...]] = {}
         errors: dict[str, Expr] = {}
         for each, quadric in inner.items():
@@ -189,14 +204,28 @@ def _sum_of_sizes(coefficients: Iterable[Expr]) -> Expr:
     return total
 
 
-def _band_function(
-    prefix: str, name: str, surface: Surface, band: Expr, bands: dict[str, str], precision: Precision
+def _leaves_text(prefix: str, joined: Expr, count: int) -> str:
+    """Return how many leaves there are, and the function that joins numbers of theirs as F joins their values."""
+
+    def spelled(tree: Expr) -> str:
+        if tree.args:
+            return f"{tree.op}_v({', '.join(spelled(arg) for arg in tree.args)})"
+        return f"of_leaf[{str(tree.name).removeprefix('leaf_')}]"
+
+    return (
+        f"#define {prefix}_LEAVES {count}\n"
+        f"static inline realv {prefix}_joined(const realv of_leaf[{prefix}_LEAVES]) {{ return {spelled(joined)}; }}\n"
+    )
+
+
+def _bands_function(
+    prefix: str, name: str, surface: Surface, leaves: dict[str, Expr], bands: dict[str, str], precision: Precision
 ) -> str:
-    """Return the function of a band, `bands` being the C text of those that it is made of."""
+    """Return the function of the leaves' bands, `bands` being the C text of those that they are made of."""
     symbols = {part: part for part in bands} | shape_symbols(surface)
-    text = band_text(band, symbols=symbols, bands=bands, precision=precision)
+    text = band_text(leaves, symbols=symbols, bands=bands, precision=precision)
     return function_of(
-        f"band_t {prefix}_{name}(const {prefix}_parts_t *parts, {prefix}_t shape)",
+        f"void {prefix}_{name}(const {prefix}_parts_t *parts, {prefix}_t shape, band_t of_leaf[{prefix}_LEAVES])",
         text.after(f"const band_t {part} = {made};" for part, made in bands.items()),
-        "return {band};",
+        "\n".join(f"of_leaf[{i}] = {{{leaf}}};" for i, leaf in enumerate(leaves)),
     )

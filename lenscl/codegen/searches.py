@@ -7,12 +7,16 @@ between words_single.cl and words_double.cl, all else in double. A closed form h
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Literal
 
+from lenscl.codegen.bands import leaves_of
 from lenscl.codegen.fragments import VOCABULARY, generated, head_again, located
 from lenscl.codegen.layout import Struct
 from lenscl.codegen.specialise import Structure, method_struct, shape_struct
 from lenscl.codegen.surfaces import surface_functions
+from lenscl.lenses import Surface
+from lenscl.methods import Method
 
 # The fragments that make SURFACE(first_root)() of SURFACE(isolate)()
 ENDINGS = {
@@ -80,13 +84,32 @@ def _searched_surface(structure: Structure, prefix: str) -> Iterator[str]:
     yield generated("a surface, from its expression")
     if not is_mixed:
         yield from _isolated_surface(structure, prefix, prefix, structure.carried)
-    rest = ("gradient",) if ending == "isolated" else ("gradient", "f_gradient")
-    yield surface_functions(prefix, surface, rest, structure.carried)
+    yield finish_functions(prefix, surface, method, structure.carried)
     tolerance = "(realv)method->tolerance" if "tolerance" in method.reads else "(realv)0"
     yield f"#define {prefix}_CONVEX {int(surface.is_convex)}\n#define {prefix}_TOLERANCE {tolerance}\n"
     yield f"#define SURFACE(name) {prefix}_##name\n"
     yield from (located(name) for name in ENDINGS[ending])
     yield "#undef SURFACE\n"
+
+
+def finish_functions(prefix: str, surface: Surface, method: Method, precision: Literal["single", "double"]) -> str:
+    """Return what an ending and the lens ask of a surface: gradients, and values where roots are polished.
+
+    Where a surface is searched as a polynomial they are of that; where it is taken apart into leaves, of a leaf.
+    """
+    polishes = method.ending_for(surface.degree) != "isolated"
+    edges = bool({"bands", "bands_twice"} & {*method.writes}) and len(leaves_of(surface)) > 1
+    form = surface.polynomial_form if method.wants_polynomial else None
+    wanted = ["gradient", *(["leaf_gradient"] if edges else [])]
+    wanted += ["leaf_f_gradient" if edges else "f_gradient"] if polishes else []
+    text = surface_functions(prefix, replace(surface, expression=form or surface.expression), wanted, precision)
+    if edges:
+        return text
+    return (
+        f"{text}\n// taken as one leaf\n"
+        f"#define {prefix}_leaf_gradient(p, shape, leaf) {prefix}_gradient(p, shape)\n"
+        f"#define {prefix}_leaf_f_gradient(p, shape, leaf, g) {prefix}_f_gradient(p, shape, g)\n"
+    )
 
 
 def _rounded(signature: str, c_name: str, struct: Struct, given: str) -> str:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from textwrap import shorten
 
 from lenscl.codegen.along import along_functions
-from lenscl.codegen.bands import band_functions, band_functions_twice
-from lenscl.codegen.text import Precision, function, shape_symbols
-from lenscl.expr import Expr, gradient
+from lenscl.codegen.bands import band_functions, band_functions_twice, leaves_of
+from lenscl.codegen.text import Precision, function, shape_symbols, unlike
+from lenscl.expr import Expr, build, gradient, number, symbol
 from lenscl.lenses import Surface
 
 _COMMENT = 100  # characters of a formula that a comment shows
+_VECTOR = "const real3v g = {{{df_dx}, {df_dy}, {df_dz}}};\nreturn g;"
+_VALUE_AND_VECTOR = "g->x = {df_dx};\ng->y = {df_dy};\ng->z = {df_dz};\nreturn {f};"
 _COORDINATES = {"x": "p.x", "y": "p.y", "z": "p.z"}
 
 
@@ -40,20 +42,35 @@ def _value(prefix: str, surface: Surface, precision: Precision) -> str:
 
 def _value_and_gradient(prefix: str, surface: Surface, precision: Precision) -> str:
     signature = f"realv {prefix}_f_gradient(real3v p, {prefix}_t shape, real3v *g)"
-    ending = "g->x = {df_dx};\ng->y = {df_dy};\ng->z = {df_dz};\nreturn {f};"
-    return function(signature, {"f": surface.expression} | _slopes(surface), ending, _local(surface), precision)
+    return function(
+        signature, {"f": surface.expression} | _slopes(surface), _VALUE_AND_VECTOR, _local(surface), precision
+    )
 
 
 def _gradient(prefix: str, surface: Surface, precision: Precision) -> str:
     signature = f"real3v {prefix}_gradient(real3v p, {prefix}_t shape)"
-    ending = "const real3v g = {{{df_dx}, {df_dy}, {df_dz}}};\nreturn g;"
-    return function(signature, _slopes(surface), ending, _local(surface), precision)
+    return function(signature, _slopes(surface), _VECTOR, _local(surface), precision)
+
+
+def _leaf_value_and_gradient(prefix: str, surface: Surface, precision: Precision) -> str:
+    """Return the value and gradient of one leaf; near an edge, or beside faces of larger values, F may show another."""
+    signature = f"realv {prefix}_leaf_f_gradient(real3v p, {prefix}_t shape, realv leaf, real3v *g)"
+    leaves = leaves_of(surface)
+    outputs = {"f": _of_leaf(surface, leaves)} | _slopes_of_leaf(surface)
+    return function(signature, outputs, _VALUE_AND_VECTOR, _local(surface) | _leaf_symbol(surface), precision)
+
+
+def _leaf_gradient(prefix: str, surface: Surface, precision: Precision) -> str:
+    signature = f"real3v {prefix}_leaf_gradient(real3v p, {prefix}_t shape, realv leaf)"
+    return function(signature, _slopes_of_leaf(surface), _VECTOR, _local(surface) | _leaf_symbol(surface), precision)
 
 
 WRITERS: dict[str, Callable[[str, Surface, Precision], str]] = {
     "f": _value,
     "f_gradient": _value_and_gradient,
     "gradient": _gradient,
+    "leaf_f_gradient": _leaf_value_and_gradient,
+    "leaf_gradient": _leaf_gradient,
     "along": along_functions,
     "bands": band_functions,
     "bands_twice": band_functions_twice,
@@ -62,6 +79,24 @@ WRITERS: dict[str, Callable[[str, Surface, Precision], str]] = {
 
 def _slopes(surface: Surface) -> dict[str, Expr]:
     return dict(zip(("df_dx", "df_dy", "df_dz"), gradient(surface.expression), strict=True))
+
+
+def _slopes_of_leaf(surface: Surface) -> dict[str, Expr]:
+    by_leaf = zip(*(gradient(leaf) for leaf in leaves_of(surface)), strict=True)
+    return {name: _of_leaf(surface, slopes) for name, slopes in zip(("df_dx", "df_dy", "df_dz"), by_leaf, strict=True)}
+
+
+def _of_leaf(surface: Surface, of_leaves: Sequence[Expr]) -> Expr:
+    """Return the one of some leaves' expressions that the leaf's number tells."""
+    (name,) = _leaf_symbol(surface)
+    *others, chosen = of_leaves
+    for number_below, other in reversed(list(enumerate(others))):
+        chosen = build("where", symbol(name), number(number_below + 0.5), other, chosen)
+    return chosen
+
+
+def _leaf_symbol(surface: Surface) -> dict[str, str]:
+    return {unlike("leaf", _local(surface)): "leaf"}
 
 
 def _local(surface: Surface) -> dict[str, str]:

@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from lenscl.expr.c_writer import CText, c_text
+from lenscl.expr.creases import creased
 from lenscl.expr.derive import degree, derivative_along, differentiate, gradient, magnitude, pieces, polynomial
 from lenscl.expr.graph import Expr, build, digest, number, symbol
 from lenscl.expr.interval_writer import band_text
@@ -36,6 +37,7 @@ __all__ = [
     "bounds",
     "build",
     "c_text",
+    "creased",
     "degree",
     "derivative_along",
     "differentiate",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import count
 
 from lenscl.expr.graph import Expr, build, node, symbol, walk
@@ -75,16 +75,16 @@ def _trimmed(found: Coefficients) -> Coefficients:
 
 def degree(expr: Expr, along: Collection[str]) -> int | None:
     """Return the degree as a polynomial in some symbols, before anything cancels; None where it is none."""
-    return _degrees(expr, along)[expr]
+    return _degrees([expr], along)[expr]
 
 
-def pieces(expr: Expr, along: Collection[str], top: int) -> tuple[Expr, dict[str, Expr]]:
-    """Take an expression apart into its largest polynomial parts and the rest.
+def pieces(exprs: Sequence[Expr], along: Collection[str], top: int) -> tuple[tuple[Expr, ...], dict[str, Expr]]:
+    """Take expressions apart into their largest polynomial parts and the rest.
 
     Parameters
     ----------
-    expr : Expr
-        Any expression.
+    exprs : sequence of Expr
+        Any expressions.
     along : collection of str
         The symbols of which the parts are polynomials.
     top : int
@@ -92,12 +92,12 @@ def pieces(expr: Expr, along: Collection[str], top: int) -> tuple[Expr, dict[str
 
     Returns
     -------
-    rest : Expr
-        The expression with a symbol in the place of every part; none of `along` occurs in it.
+    rests : tuple of Expr
+        The expressions with a symbol in the place of every part; none of `along` occurs in them.
     parts : dict of str to Expr
-        By the symbol's name, in the order of use: "part_0", "part_1", ...; but no name that the expression has.
+        By the symbol's name, in the order of use: "part_0", "part_1", ...; but no name that an expression has.
     """
-    degrees = _degrees(expr, along)
+    degrees = _degrees(exprs, along)
     taken = {each.name for each in degrees if each.op == "symbol"}
     free = (name for name in (f"part_{i}" for i in count()) if name not in taken)
     parts: dict[str, Expr] = {}
@@ -106,20 +106,20 @@ def pieces(expr: Expr, along: Collection[str], top: int) -> tuple[Expr, dict[str
     def is_part(each: Expr) -> bool:
         return 1 <= (degrees[each] or 0) <= top
 
-    seen = {arg for each in degrees if not is_part(each) for arg in each.args} | {expr}  # from outside the parts
+    seen = {arg for each in degrees if not is_part(each) for arg in each.args} | set(exprs)  # from outside the parts
     for each in degrees:
         if not is_part(each):
             rest[each] = node(each.op, *(rest[arg] for arg in each.args)) if each.args else each
         elif each in seen:
             name = next(free)
             parts[name], rest[each] = each, symbol(name)
-    return rest[expr], parts
+    return tuple(rest[expr] for expr in exprs), parts
 
 
-def _degrees(expr: Expr, along: Collection[str]) -> dict[Expr, int | None]:
+def _degrees(exprs: Iterable[Expr], along: Collection[str]) -> dict[Expr, int | None]:
     """Return every node's degree, operands first."""
     degrees: dict[Expr, int | None] = {}
-    for each in walk([expr]):
+    for each in walk(exprs):
         parts = [degrees[arg] for arg in each.args]
         known = [part for part in parts if part is not None]
         if not each.args:

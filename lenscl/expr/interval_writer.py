@@ -36,13 +36,15 @@ CALLS: Mapping[str, str] = {
 }  # by the name of the table's row; integer powers have become products. least_i: a number operand i is never below
 
 
-def band_text(expr: Expr, *, symbols: Mapping[str, str], bands: Collection[str], precision: Precision) -> CText:
-    """Spell an expression as a band, sharing what its parts have in common.
+def band_text(
+    outputs: Mapping[str, Expr], *, symbols: Mapping[str, str], bands: Collection[str], precision: Precision
+) -> CText:
+    """Spell expressions as bands, sharing what they have in common.
 
     Parameters
     ----------
-    expr : Expr
-        Any expression.
+    outputs : mapping of str to Expr
+        Expressions, each by the name that its result gets.
     symbols : mapping of str to str
         The C spelling of every symbol that occurs.
     bands : collection of str
@@ -53,9 +55,9 @@ def band_text(expr: Expr, *, symbols: Mapping[str, str], bands: Collection[str],
     Returns
     -------
     CText
-        The result is called `band`.
+        Statements, and what each result is called.
     """
-    return _BandWriter({"band": expr}, symbols, bands, precision).write()
+    return _BandWriter(outputs, symbols, bands, precision).write()
 
 
 class _BandWriter(Writer):

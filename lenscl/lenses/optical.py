@@ -205,7 +205,8 @@ def optical_rows() -> tuple[Surface, ...]:
                 length("length", 1.2, "along x"),
             ),
             expression=read(
-                f"max(sin({_HALF_APEX})*y + cos({_HALF_APEX})*abs(z) - 2/3*side*sin({_HALF_APEX})*cos({_HALF_APEX}),"
+                f"max(sin({_HALF_APEX})*y + cos({_HALF_APEX})*z - 2/3*side*sin({_HALF_APEX})*cos({_HALF_APEX}),"
+                f" sin({_HALF_APEX})*y - cos({_HALF_APEX})*z - 2/3*side*sin({_HALF_APEX})*cos({_HALF_APEX}),"
                 f" -y - 1/3*side*cos({_HALF_APEX}), abs(x) - 0.5*length)",
                 "apex",
                 "side",

@@ -61,7 +61,7 @@ _ROWS = (
     ),
     Method(
         name="interval",
-        fragments=("interval_segment.cl", "search_interval.cl"),
+        fragments=("interval_segment.cl", "interval_leaf.cl", "interval_leaves.cl", "search_interval.cl"),
         guarantee="finds every crossing, by proof; a ray whose proof rounding forbids is undecided",
         writes=("bands",),
         words=(
@@ -79,7 +79,7 @@ _ROWS = (
 # What double leaves undecided is searched once more; no user asks for it
 LAST_RESORT = Method(
     name="interval, in twice the precision",
-    fragments=("interval_segment_twice.cl", "search_interval.cl"),
+    fragments=("interval_segment_twice.cl", "interval_leaf.cl", "interval_leaves.cl", "search_interval.cl"),
     guarantee="finds every crossing, by proof; a ray whose proof rounding forbids is undecided",
     writes=("bands_twice",),
     words=("double_double.cl", *_ROWS[-1].words),

@@ -33,7 +33,7 @@ class Bands:
         ]
         body += ["const realv k = in_9;"]
         for i, expr in enumerate(expressions):
-            text = band_text(expr, symbols=SYMBOLS, bands="xyz", precision=precision)  # type: ignore[arg-type]
+            text = band_text({"band": expr}, symbols=SYMBOLS, bands="xyz", precision=precision)  # type: ignore[arg-type]
             body += ["{", *text.statements, f"const band_t c = {text.results['band']};"]
             body += [f"out_{3 * i} = c.mid; out_{3 * i + 1} = c.rise; out_{3 * i + 2} = c.error;", "}"]
         words = "\n".join(fragment(name) for name in METHODS["interval"].words)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from probe import Probe
 
 from lenscl.codegen import fragment
-from lenscl.codegen.searches import ENDINGS
+from lenscl.codegen.searches import ENDINGS, finish_functions
 from lenscl.codegen.specialise import parameter_spelling
 from lenscl.codegen.surfaces import surface_functions
 from lenscl.lenses import Surface
@@ -51,7 +51,8 @@ class Search:
                 "typedef struct { real none; } method_t;",
                 *(fragment(name) for name in ("search.cl", *row.words)),
                 f"typedef struct {{\n{shape}}} s_t;",
-                surface_functions("s", surface, (*row.writes, "gradient", "f_gradient"), precision),  # type: ignore[arg-type]
+                surface_functions("s", surface, row.writes, precision),  # type: ignore[arg-type]
+                finish_functions("s", surface, row, precision),  # type: ignore[arg-type]
                 "#define SURFACE(name) s_##name",
                 *(fragment(name) for name in row.fragments_for(surface.degree)),
                 "#define s_TOLERANCE (realv)0",

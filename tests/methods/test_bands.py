@@ -181,7 +181,10 @@ def test_a_fault_in_the_bands_is_seen(fault: str) -> None:
 
 def test_the_text_reads_as_written() -> None:
     text = band_text(
-        node("-", node("*", X, X), node("*", K, K)), symbols={"x": "p.x", "k": "s.k"}, bands="x", precision="double"
+        {"band": node("-", node("*", X, X), node("*", K, K))},
+        symbols={"x": "p.x", "k": "s.k"},
+        bands="x",
+        precision="double",
     )
     assert text.results["band"] == "band_subtract(band_square(p.x), kk)"
     assert text.statements == (

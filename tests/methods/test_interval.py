@@ -249,14 +249,19 @@ def test_a_root_on_which_a_segment_happens_to_end_is_found() -> None:
 
 
 BROKEN = {
-    "the band's rise is left out": (
-        "over = not_lane(on_root) & (g - abs_v(rise) - f.error",
-        "over = not_lane(on_root) & (g - f.error",
-    ),
-    "the band's error is left out": ("abs_v(rise) - f.error >= (realv)0)", "abs_v(rise) >= (realv)0)"),
+    "the band's rise is left out": (" - abs_v(bands[k].rise) - bands", " - bands"),
+    "the band's error is left out": ("- abs_v(bands[k].rise) - bands[k].error >=", "- abs_v(bands[k].rise) >="),
     "the slope's error is left out": ("sloped + doubt, bent, true", "sloped, bent, true"),
-    "the slope does not bend": ("const realv bends = -side * slope.rise;", "const realv bends = (realv)0;"),
-    "the ray starts too high": ("max_v(side * start.mid - start.error, (realv)0)", "(realv)2 * abs_v(start.mid)"),
+    "the slope does not bend": ("const realv bends = -sign * slope.rise;", "const realv bends = (realv)0;"),
+    "the ray starts too high": (
+        "const realv level = sign * start.mid - start.error;",
+        "const realv level = (realv)2 * sign * start.mid;",
+    ),
+    "one leaf's sign is taken for F's": (
+        "side * SURFACE(joined)(sight->holds), (realv)0)",
+        "abs_v(sight->holds[0]), (realv)0)",
+    ),
+    "leaves that may flip before are forgotten": ("flips += one_step(may);", "flips = (maskv)1;"),
 }
 
 

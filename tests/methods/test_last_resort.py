@@ -9,7 +9,7 @@ from scenes import make_scene
 import lenscl
 from lenscl.reference import certified
 from lenscl.status import RayStatus
-from lenscl.tracing import launch
+from lenscl.tracing import job
 
 LENSES = {
     "sphere": {"surface": "sphere"},
@@ -42,7 +42,7 @@ def test_more_rays_are_decided_and_none_of_them_wrongly(name: str, monkeypatch: 
     scene = make_scene(LENSES[name])
     o, d = touching(scene)
     last = lenscl.trace_rays(scene, o, d)
-    monkeypatch.setattr(launch._Job, "_more_precise", lambda job: None)
+    monkeypatch.setattr(job.Job, "_more_precise", lambda job: None)
     double = lenscl.trace_rays(scene, o, d)
     open_before, open_after = (each.status == RayStatus.UNDECIDED for each in (double, last))
     assert last.escalated == open_before.sum() > RAYS // 4
@@ -69,5 +69,5 @@ def test_single_goes_through_double_to_the_last() -> None:
 
 
 def test_a_surface_that_is_not_rational_stays_in_double() -> None:
-    assert not launch.codegen.has_twice(make_scene({"surface": "prism"}).lenses[0].surface)
-    assert launch.codegen.has_twice(make_scene({"surface": "heart"}).lenses[0].surface)
+    assert not job.codegen.has_twice(make_scene({"surface": "prism"}).lenses[0].surface)
+    assert job.codegen.has_twice(make_scene({"surface": "heart"}).lenses[0].surface)

@@ -90,8 +90,8 @@ def test_without_the_last_steps_in_double_it_would_be_as_wrong_as_single(monkeyp
     double = trace(scene, precision="double")
     structure = kernel_source(scene).structure
     source = codegen.kernel_source(structure)
-    polish = "root.found ? SURFACE(polish)(search, shape, root, SURFACE(TOLERANCE)) : root.t"
-    broken = replace(source, text=source.text.replace(polish, "root.t"))
+    polish = "SURFACE(polish)(search, shape, SURFACE(TOLERANCE), &root);"
+    broken = replace(source, text=source.text.replace(polish, ";"))
     assert broken.text != source.text
 
     whole = trace(scene)
