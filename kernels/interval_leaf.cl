@@ -60,9 +60,8 @@ static inline __attribute__((always_inline)) SURFACE(leaf_t)
   return leaf;
 }
 
-// Of all leaves. Where a ray departs one leaf is zero:
-// the one that is nearest to it in units of its rounding. On an edge it is not known which. Elsewhere F's sign is known,
-// and so is that of a leaf which alone could make it another.
+// Of all leaves. Where a ray departs one leaf is zero: the one that is nearest to it in units of its rounding. On an edge
+// it is not known which. Elsewhere F's sign is known, and so is that of a leaf which alone could make it another.
 static inline __attribute__((always_inline)) void
     SURFACE(see_leaves)(const band_t starts[SURFACE(LEAVES)], const band_t slopes[SURFACE(LEAVES)], realv side,
                         maskv on_root, realv length, realv half_length, realv slack,

@@ -110,3 +110,21 @@ def test_no_root_is_lost_where_powers_of_a_direction_leave_the_range(degree: int
     assert (one.events > 0).sum() > RAYS // 2
     np.testing.assert_array_equal(other.events, one.events)
     np.testing.assert_array_equal(other.direction, one.direction)
+
+
+@pytest.mark.parametrize("power", [-20, 20])
+def test_a_march_takes_the_same_face_at_any_scale(power: int) -> None:
+    o, d = rays(7)
+    one, other = (
+        lenscl.trace_rays(
+            make_scene(
+                LENGTHS["torus"](s), numerics={"method": "march", "step": 2.0**-6 * s, "tolerance": 2.0**-50 * s}
+            ),
+            o * s,
+            d,
+        )
+        for s in (1.0, 2.0**power)
+    )
+    assert (one.events > 0).sum() > RAYS // 4
+    np.testing.assert_array_equal(other.events, one.events)
+    np.testing.assert_array_equal(other.direction, one.direction)

@@ -10,6 +10,7 @@ from scenes import make_scene
 
 from lenscl import trace
 from lenscl.tracing import count_steps
+from lenscl.tracing.job import Job
 
 RADIUS, STEP = 0.5, 0.01
 SPHERE = {"surface": "sphere", "r": RADIUS}
@@ -50,7 +51,12 @@ def test_every_method_counts_and_counting_changes_nothing(method: str) -> None:
     assert counted.searches >= raymap.events.sum() > 1000
     assert counted.mean > 1
     assert "counts" not in raymap.kernel.text
-    np.testing.assert_array_equal(trace(scene).st, raymap.st)
+    counting = Job.prepare(scene, "point", "map", None, None, None, counts=True)
+    ends = counting.run_film()
+    assert "counts" in counting.source.text
+    assert counting.steps == counted.steps
+    np.testing.assert_array_equal(ends["st"].reshape(raymap.st.shape), raymap.st)
+    np.testing.assert_array_equal(ends["events"].reshape(raymap.events.shape), raymap.events)
 
 
 def test_no_search_has_no_mean() -> None:
