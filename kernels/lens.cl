@@ -1,7 +1,7 @@
 // lens.cl: meet one lens. Into its space, ask its surface's search, and back with a point and a normal.
 //
 // provides  LENS(meet)(), LENS(start)()
-// needs     prelude, ray, placement, search, SURFACE(first_root), SURFACE(gradient), SURFACE(leaf_gradient)
+// needs     prelude, ray, placement, search, SURFACE(root_ahead), SURFACE(gradient), SURFACE(leaf_gradient)
 // set by    the generated assembly, once a lens: LENS_NUMBER; LENS(name), its own version of a name; SURFACE(name);
 //           SURFACE(CONVEX), whether no ray that left the solid meets it again
 
@@ -43,33 +43,24 @@ static inline void LENS(meet)(const ray_t *ray, const lens_t *lens, SURFACE(t) s
   const maskv asks = ray->alive & (inside | ((ray->inside == NOWHERE) & returns));
   if (!any_lane(asks)) return;
 
-  // Go into local space, where the ray's origin is moved to its entry into the bounding box: the digits of a far
-  // origin would be lost in F. A known root must stay at t = 0
-  const real3v origin = to_local_point(lens, ray->origin);
-  const real3v direction = to_local_vector(lens, ray->direction);
-  const span_t span = span_in_box(lens, origin, direction);
-  const realv enter = (departs | inside) ? (realv)0 : span.enter;
-  const maskv crosses = enter < span.leave;
-  hit->doubt = (asks & inside & not_lane(crosses)) ? (realv)0 : hit->doubt;
-  if (!any_lane(asks & crosses)) return;
-
+  // Go into local space and ask there
   search_t search;
-  search.origin = at3(origin, direction, enter);
-  search.direction = direction;
-  search.length = span.leave - enter;
+  search.origin = to_local_point(lens, ray->origin);
+  search.direction = to_local_vector(lens, ray->direction);
   search.inside = inside;
   search.departs = departs;
-  search.lanes = asks & crosses;
-  const root_t root = SURFACE(first_root)(search, shape, method);
+  search.lanes = asks;
+  realv from;
+  const root_t root = SURFACE(root_ahead)(lens, &search, shape, method, &from);
   hit->searches += one_step(search.lanes);
   hit->steps += root.steps;
-  hit->doubt = root.undecided ? min_v(hit->doubt, enter + root.t) : hit->doubt;
+  hit->doubt = root.undecided ? min_v(hit->doubt, from + root.t) : hit->doubt;
 
   // Take the point and normal where this root is the nearest so far
-  const realv t = enter + root.t;
+  const realv t = from + root.t;
   const maskv nearer = root.found & (not_lane(hit->found) | (t < hit->t));
   if (!any_lane(nearer)) return;
-  const real3v point = at3(search.origin, direction, root.t);
+  const real3v point = at3(search.origin, search.direction, root.t);
   maskv defined;
   const real3v gradient = SURFACE(leaf_gradient)(point, shape, root.leaf);
   const real3v normal = LENS(normal)(lens, gradient, nearer, &defined);

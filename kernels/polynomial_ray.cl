@@ -1,11 +1,23 @@
 // polynomial_ray.cl: a polynomial surface along the ray.
 //
-// provides  SURFACE(on_ray)(), SURFACE(on_unit_ray)(), SURFACE(on_whole_ray)();
+// provides  SURFACE(rounding)(), SURFACE(in_range)(), SURFACE(on_ray)(), SURFACE(on_unit_ray)(), SURFACE(on_whole_ray)();
 // needs     prelude, search; SURFACE(along), the coefficients of F(o + t d); SURFACE(magnitude), F with all its terms
 //           positive; SURFACE(DEGREE), 2 or more; SURFACE(ROUNDINGS), how many of them an error of F adds up
 
 // A bound of roundings above this could be that of values which are none, or whose products are none
 #define MOST_NOISE (REAL_MAX * REAL_EPSILON * REAL_EPSILON)
+
+// The bound of the rounding of F(o + t d), and of the sum of what its powers of t round, for t in [0, length].
+static inline realv SURFACE(rounding)(real3v o, real3v d, realv length, SURFACE(t) shape) {
+  const real3v reach = {abs_v(o.x) + abs_v(length * d.x), abs_v(o.y) + abs_v(length * d.y),
+                        abs_v(o.z) + abs_v(length * d.z)};
+  return (realv)(REAL_EPSILON * SURFACE(ROUNDINGS)) * SURFACE(magnitude)(reach, shape);
+}
+
+// Whether a value and the bound of its rounding say anything: no part was flushed to zero that mattered, and none overflowed.
+static inline maskv SURFACE(in_range)(realv value, realv noise) {
+  return (noise > (realv)(REAL_TINY / REAL_EPSILON)) & (value < (realv)MOST_NOISE);
+}
 
 // Write F along the ray, positive on the ray's side, into a: the coefficients of t, which is in units of the ray's length,
 // for powers of a direction leave the range of numbers where a length as small or large does not. A known root at 0 is
@@ -20,9 +32,7 @@ static inline realv SURFACE(on_ray)(const search_t *search, SURFACE(t) shape, re
   for (int i = 0; i < SURFACE(DEGREE); ++i) a[i] = side * (search->departs ? c[i + 1] : c[i]);
   a[SURFACE(DEGREE)] = search->departs ? (realv)0 : side * c[SURFACE(DEGREE)];
 
-  const real3v reach = {abs_v(search->origin.x) + abs_v(way.x), abs_v(search->origin.y) + abs_v(way.y),
-                        abs_v(search->origin.z) + abs_v(way.z)};
-  return (realv)(REAL_EPSILON * SURFACE(ROUNDINGS)) * SURFACE(magnitude)(reach, shape);
+  return SURFACE(rounding)(search->origin, search->direction, search->length, shape);
 }
 
 // The same with the noise's power of two as the unit of f, so that squares stay within the range of numbers. Lanes whose

@@ -29,8 +29,8 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
   const maskv crosses = known & (square > doubt);
   const maskv never = known & ((square < -doubt) | ((s <= (realv)0) & (m <= (realv)0)));
 
-  // A start within rounding of the surface must fall through it; a ray inside must come out
-  const maskv starts = (a[0] > noise) | falls;
+  // A start within rounding of the surface must fall through it, and none is on the other side; a ray inside must come out
+  const maskv starts = (a[0] > noise) | (falls & (a[0] >= -noise));
   const maskv ahead = (below > (realv)0) & (t < (realv)1);
   root_t root = no_root();
   root.steps = one_step(search.lanes);

@@ -89,6 +89,11 @@ def _searched_surface(structure: Structure, prefix: str) -> Iterator[str]:
     yield f"#define {prefix}_CONVEX {int(surface.is_convex)}\n#define {prefix}_TOLERANCE {tolerance}\n"
     yield f"#define SURFACE(name) {prefix}_##name\n"
     yield from (located(name) for name in ENDINGS[ending])
+    yield located("ahead_box.cl")
+    if surface.is_convex and surface.degree == 2 and surface.degree in method.closed_forms:
+        yield located("ahead_chord.cl")
+    else:
+        yield f"#define {prefix}_root_ahead {prefix}_root_in_box  // for every ray\n"
     yield "#undef SURFACE\n"
 
 
