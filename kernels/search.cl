@@ -8,8 +8,9 @@
 //
 // where SURFACE(name) is the surface's own version of a function, shape holds its parameters and method what the
 // method reads of [numerics]. One of root_*.cl makes SURFACE(first_root)() of it, with the same parameters: the first
-// root to the last bits. One of ahead_*.cl asks it, or knows better, for a whole ray: SURFACE(root_ahead)(). Of the surface, SURFACE(gradient)(p, shape), grad F at local points, is always there; the rest
-// is written only for the methods that call it:
+// root to the last bits. One of ahead_*.cl makes SURFACE(root_ahead)() of that, for a whole ray. Of the surface,
+// SURFACE(gradient)(p, shape), grad F at local points, is always there; the rest is written only for the methods that
+// call it:
 //   SURFACE(f)(p, shape)                     F, negative inside
 //   SURFACE(f_gradient)(p, shape, &g)        the same with grad F in g
 //   SURFACE(leaf_f_gradient)(p, shape, leaf, &g), SURFACE(leaf_gradient)(p, shape, leaf)

@@ -21,6 +21,7 @@ FLOORS = (
     {"tracing", "imaging"},
     {"views", "sweep", "accuracy"},
     {"cli"},
+    {"__main__"},  # `python -m lenscl`
 )
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
 

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Literal
 
-from lenscl.codegen import Precision
+from lenscl.codegen import Precision, carried
 from lenscl.config import Scene, load_study
 from lenscl.device import Device
 from lenscl.errors import LensclError, StudyError
@@ -36,7 +36,7 @@ class Row:
     @property
     def carried(self) -> Literal["single", "double"]:
         """The precision that rays are carried in: what the device's peak is taken in."""
-        return "single" if self.precision == "single" else "double"
+        return carried(self.precision)
 
     def __str__(self) -> str:
         return f"{self.name} {self.method} {self.precision}"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from lenscl.codegen.assemble import kernel_source
 from lenscl.codegen.bands import has_twice
-from lenscl.codegen.fragments import VOCABULARY, Precision, fragment, head
+from lenscl.codegen.fragments import VOCABULARY, Precision, carried, fragment, head
 from lenscl.codegen.layout import EMPTY, Layout, Slot
 from lenscl.codegen.source import KernelSource
 from lenscl.codegen.specialise import Structure
@@ -21,6 +21,7 @@ __all__ = [
     "Precision",
     "Slot",
     "Structure",
+    "carried",
     "fragment",
     "has_twice",
     "head",

@@ -29,6 +29,11 @@ VOCABULARY = (
 )  # the fragments that all others are written in
 
 
+def carried(precision: Precision) -> Literal["single", "double"]:
+    """Return the precision that rays are carried in: mixed searches in single, and carries them in double."""
+    return "single" if precision == "single" else "double"
+
+
 @cache
 def fragment(name: str) -> str:
     """Return the text of a fragment.
@@ -57,7 +62,7 @@ def generated(what: str) -> str:
 
 def head(precision: Precision, width: int) -> str:
     """Return the definitions that kernels/lanes.cl expects: the precision and the lanes of a packet."""
-    return _head("double" if precision == "mixed" else precision, width, inputs_rounded=False)
+    return _head(carried(precision), width, inputs_rounded=False)
 
 
 def head_again(precision: Literal["single", "double"], width: int, *, inputs_rounded: bool) -> str:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from lenscl.codegen.fragments import Precision, carried
 from lenscl.codegen.layout import EMPTY, Layout, Member, Slot, Struct
 from lenscl.effects import Variant
 from lenscl.lenses import Surface
@@ -28,7 +29,7 @@ class Structure:
     ends: Literal["map", "legs"]  # what is kept of a ray: its place alone, or its last leg, too
     snell: Literal["exact", "paraxial"]
     effects: tuple[Variant, ...]
-    precision: Literal["single", "double", "mixed"]  # mixed: rays in double, searched in single
+    precision: Precision  # mixed: rays in double, searched in single
     width: int  # lanes of a packet
     run: int  # packets that one work-item carries, one after the other
     parks: bool  # whether the last few rays of a packet are put aside for another launch
@@ -57,7 +58,7 @@ class Structure:
     @property
     def carried(self) -> Literal["single", "double"]:
         """The precision that rays are carried in."""
-        return "single" if self.precision == "single" else "double"
+        return carried(self.precision)
 
     def is_mixed(self, prefix: str) -> bool:
         """Return whether a surface is searched in single precision before it is polished in double."""

@@ -241,7 +241,7 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
             f"numerics.precision: {chosen.label} has no double precision; "
             'set precision = "single", or choose another of `lenscl devices` by LENSCL_DEVICE'
         )
-    width = chosen.width("single" if numerics.precision == "single" else "double")
+    width = chosen.width(codegen.carried(numerics.precision))
     return Structure(
         lenses=tuple(lens.surface for lens in scene.lenses),
         rays=rays,

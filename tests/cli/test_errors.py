@@ -112,6 +112,6 @@ def test_a_closed_pipe_ends_a_sweep_quietly_with_its_work_noted(command, finish,
 
 
 def test_modules_are_run_by_name_too() -> None:
-    done = subprocess.run([sys.executable, "-m", "lenscl.cli", "--version"], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-m", "lenscl", "--version"], capture_output=True, text=True, timeout=60)
     assert done.stdout.startswith("lenscl ")
     assert done.stderr == ""

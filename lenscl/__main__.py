@@ -1,4 +1,4 @@
-"""`python -m lenscl.cli`, the same as `lenscl`."""
+"""`python -m lenscl`, the same as `lenscl`."""
 
 from __future__ import annotations
 
