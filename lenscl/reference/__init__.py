@@ -6,12 +6,13 @@ form of Snell's law), so that a fault in one is not a fault in both. `Steps` hol
 and see that it is caught.
 
 What a first root is, is settled by two judges of claims: `certified.first_root` proves it for one ray, and
-`companion.first_roots` for many rays, in float64, where roots stand apart.
+`companion.first_roots` for many rays, in float64, where roots stand apart. Where a whole ray lands is proved by
+`oracle.prove_rays`, with a radius or a reason why nobody can tell.
 """
 
 from __future__ import annotations
 
-from lenscl.reference import certified, companion
+from lenscl.reference import certified, companion, oracle
 from lenscl.reference.certified import sign_polynomial
 from lenscl.reference.march import first_root
 from lenscl.reference.paint import paint
@@ -30,6 +31,7 @@ __all__ = [
     "film_rays",
     "first_root",
     "land",
+    "oracle",
     "paint",
     "reflect",
     "refract",

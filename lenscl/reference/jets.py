@@ -1,0 +1,182 @@
+"""Expressions on balls: values and slopes that enclose the exact ones, at any number of bits.
+
+Input: an expression and a jet for each of its symbols. Output: its jet. A jet is a ball about the value and one about
+each slope; where a ball straddles a crease of `abs`, `min`, `max` or `where` the slopes of both sides are enclosed, so
+that the mean value theorem holds across it. The rules of differentiation are written here once more, forward, and share
+nothing with `expr.gradient`. What is undefined on a part of a ball encloses everything: it is not finite.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+from lenscl.expr import Expr
+from lenscl.expr.graph import walk
+
+if TYPE_CHECKING:
+    from flint import arb
+
+
+@dataclass(frozen=True, slots=True)
+class Jet:
+    """A value and its slopes, each a ball."""
+
+    value: arb
+    slopes: tuple[arb, ...]
+
+    def by(self, value: arb, slope: arb) -> Jet:
+        """Return a function of this: its value, and its slope times these."""
+        return Jet(value, tuple(slope * each for each in self.slopes))
+
+
+def jet(expression: Expr, given: Mapping[str, Jet]) -> Jet:
+    """Enclose an expression and its slopes.
+
+    Parameters
+    ----------
+    expression : Expr
+        Any expression.
+    given : mapping of str to Jet
+        For every symbol that occurs, all with as many slopes.
+    """
+    from flint import arb
+
+    nothing = (arb(0),) * len(next(iter(given.values())).slopes)
+    at: dict[Expr, Jet] = {}
+    for each in walk([expression]):
+        if each.op == "symbol":
+            at[each] = given[str(each.name)]
+        elif each.value is not None:
+            at[each] = Jet(arb(each.value), nothing)
+        elif each.op == "power":
+            at[each] = _power(at[each.args[0]], int(cast(float, each.args[1].value)))
+        else:
+            at[each] = _RULES[each.op](*(at[arg] for arg in each.args))
+    return at[expression]
+
+
+def contains_zero(ball: arb) -> bool:
+    """Say whether a ball may be zero; one that is not finite may."""
+    return not (ball > 0 or ball < 0)
+
+
+def _sum(u: Jet, v: Jet) -> Jet:
+    return Jet(u.value + v.value, tuple(a + b for a, b in zip(u.slopes, v.slopes, strict=True)))
+
+
+def _difference(u: Jet, v: Jet) -> Jet:
+    return Jet(u.value - v.value, tuple(a - b for a, b in zip(u.slopes, v.slopes, strict=True)))
+
+
+def _negative(u: Jet) -> Jet:
+    return Jet(-u.value, tuple(-each for each in u.slopes))
+
+
+def _product(u: Jet, v: Jet) -> Jet:
+    slopes = (a * v.value + u.value * b for a, b in zip(u.slopes, v.slopes, strict=True))
+    return Jet(u.value * v.value, tuple(slopes))
+
+
+def _quotient(u: Jet, v: Jet) -> Jet:
+    w = u.value / v.value
+    return Jet(w, tuple((a - w * b) / v.value for a, b in zip(u.slopes, v.slopes, strict=True)))
+
+
+def _power(u: Jet, n: int) -> Jet:
+    return u.by(u.value**n, n * u.value ** (n - 1)) if n else u.by(u.value**0, 0 * u.value)
+
+
+def _sqrt(u: Jet) -> Jet:
+    w = u.value.sqrt()
+    return u.by(w, 1 / (2 * w))
+
+
+def _cbrt(u: Jet) -> Jet:
+    low, high = (_cube_root(end) for end in (u.value.lower(), u.value.upper()))
+    w = low.union(high)
+    return u.by(w, 1 / (3 * w**2))
+
+
+def _cube_root(x: Any) -> Any:
+    return -((-x).root(3)) if x < 0 else x.root(3)
+
+
+def _either(u: Jet, v: Jet, value: arb | None = None) -> Jet:
+    slopes = tuple(a.union(b) for a, b in zip(u.slopes, v.slopes, strict=True))
+    return Jet(u.value.union(v.value) if value is None else value, slopes)
+
+
+def _abs(u: Jet) -> Jet:
+    if u.value > 0 or u.value < 0:
+        return u if u.value > 0 else _negative(u)
+    return _either(u, _negative(u), abs(u.value))
+
+
+def _least(u: Jet, v: Jet) -> Jet:
+    if u.value < v.value or u.value > v.value:
+        return u if u.value < v.value else v
+    return _either(u, v, u.value.min(v.value))
+
+
+def _greatest(u: Jet, v: Jet) -> Jet:
+    return _negative(_least(_negative(u), _negative(v)))
+
+
+def _where(a: Jet, b: Jet, u: Jet, v: Jet) -> Jet:
+    if a.value < b.value or a.value >= b.value:
+        return u if a.value < b.value else v
+    return _either(u, v)
+
+
+def _tanh(u: Jet) -> Jet:
+    w = u.value.tanh()
+    return u.by(w, 1 - w**2)
+
+
+def _tan(u: Jet) -> Jet:
+    w = u.value.tan()
+    return u.by(w, 1 + w**2)
+
+
+def _hypot(u: Jet, v: Jet) -> Jet:
+    return _sqrt(_sum(_power(u, 2), _power(v, 2)))
+
+
+def _angle(y: Jet, x: Jet) -> Jet:
+    from flint import arb
+
+    square = x.value**2 + y.value**2
+    slopes = ((x.value * a - y.value * b) / square for a, b in zip(y.slopes, x.slopes, strict=True))
+    return Jet(arb.atan2(y.value, x.value), tuple(slopes))
+
+
+def _pow(u: Jet, p: Jet) -> Jet:
+    w = u.value**p.value
+    slopes = (w * (b * u.value.log() + p.value * a / u.value) for a, b in zip(u.slopes, p.slopes, strict=True))
+    return Jet(w, tuple(slopes))
+
+
+_RULES: dict[str, Callable[..., Jet]] = {
+    "+": _sum,
+    "-": _difference,
+    "neg": _negative,
+    "*": _product,
+    "/": _quotient,
+    "sqrt": _sqrt,
+    "cbrt": _cbrt,
+    "abs": _abs,
+    "min": _least,
+    "max": _greatest,
+    "where": _where,
+    "exp": lambda u: u.by(u.value.exp(), u.value.exp()),
+    "log": lambda u: u.by(u.value.log(), 1 / u.value),
+    "sin": lambda u: u.by(u.value.sin(), u.value.cos()),
+    "cos": lambda u: u.by(u.value.cos(), -u.value.sin()),
+    "tan": _tan,
+    "tanh": _tanh,
+    "atan2": _angle,
+    "hypot": _hypot,
+    "pow": _pow,
+}

@@ -1,0 +1,421 @@
+"""Certified answers: where a ray of a scene lands, with a radius that is proved, or why that cannot be told.
+
+Input: a scene, whose numbers and rays are taken as exact. Output: a `Proof` a ray. Every number on the way is a ball of
+python-flint; the bits are doubled until the answer is as narrow as asked. No step is shared with the kernels or with
+the float64 twin but the expression of the surface, and that is evaluated by rules of its own, in `jets`.
+
+Needs python-flint, from the extra `accuracy`. Its working precision is one for the process: ask from one thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import reduce
+from typing import TYPE_CHECKING, Any
+
+from lenscl.config import Lens, Scene
+from lenscl.errors import LensclError
+from lenscl.reference.crossing import UndecidableError, first_crossing
+from lenscl.reference.jets import Jet, contains_zero, jet
+from lenscl.status import RayStatus
+
+if TYPE_CHECKING:
+    from flint import arb
+
+    Vector = tuple[arb, arb, arb]
+
+RADIUS = 1e-20  # picture coordinates; a hundred thousandth of the last bit of a double
+_FIRST_BITS, _MOST_BITS = 128, 2048
+_FARTHEST = 10**30  # |s| or |t| beyond are BEHIND
+_NORMAL = 2.0**-20  # a unit normal that is known less well is that of an edge, where both sides' are enclosed
+_BOX_MARGIN = 2.0**-10  # of a catalogue box's extent, as the solid must lie strictly inside
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proof:
+    """What is proved of one ray.
+
+    Attributes
+    ----------
+    status : RayStatus or None
+        None where no number of bits tells: `reason` says why.
+    events : int
+        Surfaces met, as far as that is proved.
+    st : (arb, arb) or None
+        Balls about the picture coordinates, None where the plane is not met.
+    radius : float
+        The larger of their radii, rounded up; 0 where there are none.
+    bits : int
+        That it took.
+    reason : str
+        Why the ray is undecidable; else empty.
+    """
+
+    status: RayStatus | None
+    events: int
+    st: tuple[arb, arb] | None
+    radius: float
+    bits: int
+    reason: str = ""
+
+    def distance(self, s: float, t: float) -> float:
+        """Return an upper bound on how far computed coordinates are from the exact ones, the larger of the two."""
+        from flint import arb
+
+        if self.st is None:
+            raise LensclError("this ray has no place on the picture's plane")
+        return max(float(abs(arb(x) - ball).upper()) for x, ball in zip((s, t), self.st, strict=True))
+
+
+def prove_pixels(scene: Scene, pixels: Iterable[int], radius: float = RADIUS) -> list[Proof]:
+    """Prove the rays of film pixels, numbered row by row, through their exact centres; see `prove_rays`."""
+    rows = [divmod(int(pixel), scene.film.columns) for pixel in pixels]
+    return [_proof(scene, _film_ray, (row, column), radius) for row, column in rows]
+
+
+def prove_rays(
+    scene: Scene, origins: Iterable[Sequence[float]], directions: Iterable[Sequence[float]], radius: float = RADIUS
+) -> list[Proof]:
+    """Prove where rays land.
+
+    Parameters
+    ----------
+    scene : Scene
+        Snell's law is taken as exact, whatever `numerics.snell` says; method and precision do not matter.
+    origins, directions : sequences of three numbers, one a ray
+        Taken as exact; directions of any length.
+    radius : float
+        The largest radius of a coordinate that will do; at least 1e-300.
+
+    Returns
+    -------
+    list of Proof
+
+    Raises
+    ------
+    LensclError
+        If python-flint is missing.
+    """
+    return [
+        _proof(scene, _given_ray, (origin, direction), radius)
+        for origin, direction in zip(origins, directions, strict=True)
+    ]
+
+
+def _proof(scene: Scene, ray: Any, which: Any, radius: float) -> Proof:
+    try:
+        from flint import ctx
+    except ImportError:
+        raise LensclError(
+            "certified answers need python-flint, which is not installed: pip install 'lenscl[accuracy]'"
+        ) from None
+    bits = _FIRST_BITS
+    while True:
+        with ctx.workprec(bits):
+            path = _Path(scene, bits)
+            try:
+                path.start(*ray(scene, which))
+                proof = path.followed()
+            except UndecidableError as doubt:
+                proof = path.doubtful(str(doubt))
+        if (proof.status is not None and proof.radius <= radius) or bits >= _MOST_BITS:
+            return proof
+        bits *= 2
+
+
+def _given_ray(_: Scene, which: Any) -> tuple[Vector, Vector]:
+    origin, direction = which
+    return _vector(origin), _unit(_vector(direction))
+
+
+def _film_ray(scene: Scene, which: Any) -> tuple[Vector, Vector]:
+    from flint import arb, fmpq
+
+    film, (row, column) = scene.film, which
+    s, t = (arb(fmpq(2 * i + 1, 2 * n)) for i, n in ((column, film.columns), (row, film.rows)))
+    target = _plus(_plus(_vector(film.corner), _times(s, _vector(film.right))), _times(t, _vector(film.down)))
+    if scene.source.kind == "parallel":
+        # The lens events do not depend on where before the lenses a ray starts: any plane ahead of all will do
+        direction = _unit(_vector(scene.source.direction or ()))
+        return _plus(target, _times(-_behind(scene, target), direction)), direction
+    origin = _vector(scene.source.at or ())
+    return origin, _unit(_minus(target, origin))
+
+
+def _behind(scene: Scene, target: Vector) -> arb:
+    """Return a length that takes a point back beyond every lens, film and picture, whatever the direction."""
+    from flint import arb
+
+    reach = arb(1)
+    for screen in (scene.film, scene.picture):
+        reach += sum(abs(_dot(v, v)).sqrt() for v in map(_vector, (screen.corner, screen.right, screen.down)))
+    for lens in scene.lenses:
+        low, high = lens.surface.box(lens.values)
+        corner = _vector([max(abs(a), abs(b)) * abs(c) for a, b, c in zip(low, high, lens.stretch, strict=True)])
+        reach += _dot(corner, corner).sqrt() + _dot(_vector(lens.centre), _vector(lens.centre)).sqrt()
+    return (reach + _dot(target, target).sqrt()).upper()
+
+
+class _Path:
+    """One ray at one number of bits."""
+
+    def __init__(self, scene: Scene, bits: int) -> None:
+        self.scene, self.bits = scene, bits
+        self.lenses = [_Placed(lens) for lens in scene.lenses]
+        self.events = 0
+        self.inside: int | None = None  # number of the lens whose solid it travels in
+        self.on: int | None = None  # number of the lens on whose surface it starts, exactly
+
+    def start(self, origin: Vector, direction: Vector) -> None:
+        self.origin, self.direction = origin, direction
+        for number, lens in enumerate(self.lenses):
+            local = lens.point_to_local(origin)
+            if not lens.may_hold(local):
+                continue
+            at = lens.at(local)
+            if at.value.is_zero():
+                slope = _dot(lens.normal(at.slopes), direction)
+                if contains_zero(slope):
+                    raise UndecidableError("the ray starts on a surface and along it")
+                self.on = number
+                self.inside = number if slope < 0 else self.inside
+            elif contains_zero(at.value):
+                raise UndecidableError("the ray starts on a surface, or beside it")
+            elif at.value < 0:
+                self.inside = number
+
+    def followed(self) -> Proof:
+        """Follow the ray to its end."""
+        while True:
+            met = self._next_surface()
+            if met is None:
+                return self._landed()
+            if self.events >= self.scene.numerics.max_events:
+                return self._ended(RayStatus.TRAPPED)
+            if not self._bent(*met):
+                return self._ended(RayStatus.TOTAL_REFLECTION)
+
+    def _next_surface(self) -> tuple[int, Vector, Vector] | None:
+        """Return the next lens, the local point and the world's normal there; None where there is none."""
+        found: list[tuple[arb, int, Vector]] = []
+        for number, lens in enumerate(self.lenses):
+            if self.inside not in (None, number):
+                continue
+            place = lens.crossing(
+                self.origin, self.direction, self.bits, departs=self.on == number, inside=self.inside == number
+            )
+            if place is not None:
+                found.append((place[0], number, place[1]))
+        if not found:
+            if self.inside is not None:
+                raise UndecidableError("the ray is inside a solid and meets no surface of it")
+            return None
+        nearest = reduce(lambda a, b: a if a[0] < b[0] else b, found)
+        if any(not (nearest[0] < other[0]) for other in found if other is not nearest):
+            raise UndecidableError("two lenses are met at the same place")
+        _, number, local = nearest
+        return number, local, self.lenses[number].normal(self.lenses[number].at(local).slopes)
+
+    def _bent(self, number: int, local: Vector, normal: Vector) -> bool:
+        """Go through the surface; False where the ray ends in total reflection."""
+        from flint import arb
+
+        leaves = self.inside is not None
+        n_lens, n_medium = arb(self.scene.lenses[number].n), arb(self.scene.n_medium)
+        eta = n_lens / n_medium if leaves else n_medium / n_lens
+        against = _unit(_times(arb(-1) if leaves else arb(1), normal))
+        cosine = -_dot(self.direction, against)
+        if not all(each.rad() < _NORMAL for each in against):
+            raise UndecidableError(
+                "the ray meets an edge of the surface, or a crease of F, where its normal is not known"
+            )
+        if not cosine > 0:
+            raise UndecidableError("the ray grazes the surface")
+        self.origin, self.on = self.lenses[number].point_to_world(local), number
+        self.events += 1
+        behind = 1 - eta**2 * (1 - cosine**2)
+        if self.scene.lenses[number].n == self.scene.n_medium:
+            self.inside = None if leaves else number
+        elif behind > 0:
+            turned = _times(eta * cosine - behind.sqrt(), against)
+            self.direction = _plus(_times(eta, self.direction), turned)
+            self.inside = None if leaves else number
+        elif behind < 0:
+            if self.scene.effects.total_reflection == "end":
+                return False
+            self.direction = _plus(self.direction, _times(2 * cosine, against))
+        else:
+            raise UndecidableError("the ray meets the surface at the critical angle")
+        return True
+
+    def _landed(self) -> Proof:
+        picture = self.scene.picture
+        right, down = _vector(picture.right), _vector(picture.down)
+        normal = _cross(right, down)
+        toward = _minus(_vector(picture.corner), self.origin)
+        falls = _dot(normal, self.direction)
+        if falls.is_zero():
+            return self._ended(RayStatus.BEHIND)
+        if contains_zero(falls):
+            raise UndecidableError("the ray is parallel to the picture, or nearly so")
+        distance = _dot(normal, toward) / falls
+        if contains_zero(distance):
+            raise UndecidableError("the ray starts on the picture's plane")
+        if distance < 0:
+            return self._ended(RayStatus.BEHIND)
+        point = _minus(_times(distance, self.direction), toward)
+        square = _dot(normal, normal)
+        s, t = _dot(_cross(point, down), normal) / square, _dot(_cross(right, point), normal) / square
+        if abs(s) > _FARTHEST or abs(t) > _FARTHEST:
+            return self._ended(RayStatus.BEHIND)
+        radius = max(float(each.rad().upper()) for each in (s, t)) * (1 + 2.0**-50)
+        status = RayStatus.PICTURE if all(x >= 0 and x < 1 for x in (s, t)) else RayStatus.OFF_PICTURE
+        if status is RayStatus.OFF_PICTURE and not any(x < 0 or x >= 1 for x in (s, t)):
+            return Proof(
+                status=None, events=self.events, st=(s, t), radius=radius, bits=self.bits,
+                reason="the ray lands on an edge of the picture",
+            )  # fmt: skip
+        return Proof(status=status, events=self.events, st=(s, t), radius=radius, bits=self.bits)
+
+    def _ended(self, status: RayStatus) -> Proof:
+        return Proof(status=status, events=self.events, st=None, radius=0.0, bits=self.bits)
+
+    def doubtful(self, reason: str) -> Proof:
+        """Return that the ray cannot be told at this number of bits."""
+        return Proof(status=None, events=self.events, st=None, radius=0.0, bits=self.bits, reason=reason)
+
+
+class _Placed:
+    """A lens and its own space, in balls."""
+
+    def __init__(self, lens: Lens) -> None:
+        from flint import arb
+
+        self.expression = lens.surface.expression
+        self.values = {name: Jet(arb(value), (arb(0),) * 3) for name, value in lens.values.items()}
+        self.along = {name: Jet(arb(value), (arb(0),)) for name, value in lens.values.items()}
+        self.centre, self.stretch = _vector(lens.centre), _vector(lens.stretch)
+        self.turns = [_turn(axis, degrees) for axis, degrees in enumerate(lens.rotate)]
+        margin = _BOX_MARGIN if lens.surface.promised is None else 0.0
+        box = zip(*lens.surface.box(lens.values), strict=True)
+        self.box = [
+            (arb(low) - margin * (arb(high) - low), arb(high) + margin * (arb(high) - low)) for low, high in box
+        ]
+
+    def vector_to_local(self, v: Vector) -> Vector:
+        for turn in reversed(self.turns):
+            v = _dotted(zip(*turn, strict=True), v)
+        x, y, z = (a / c for a, c in zip(v, self.stretch, strict=True))
+        return x, y, z
+
+    def point_to_local(self, p: Vector) -> Vector:
+        return self.vector_to_local(_minus(p, self.centre))
+
+    def point_to_world(self, p: Vector) -> Vector:
+        x, y, z = (a * c for a, c in zip(p, self.stretch, strict=True))
+        return _plus(reduce(lambda v, turn: _dotted(turn, v), self.turns, (x, y, z)), self.centre)
+
+    def normal(self, slopes: Sequence[arb]) -> Vector:
+        """Take a gradient to the world, not unit: by the inverse transpose."""
+        x, y, z = (a / c for a, c in zip(slopes, self.stretch, strict=True))
+        return reduce(lambda v, turn: _dotted(turn, v), self.turns, (x, y, z))
+
+    def at(self, local: Vector) -> Jet:
+        """Return F and its gradient at a local point."""
+        from flint import arb
+
+        sides = {
+            name: Jet(p, tuple(arb(i == j) for j in range(3)))
+            for i, (name, p) in enumerate(zip("xyz", local, strict=True))
+        }
+        return jet(self.expression, {**self.values, **sides})
+
+    def may_hold(self, local: Vector) -> bool:
+        """Say whether a local point may lie in the bounding box."""
+        return not any(p < low or p > high for p, (low, high) in zip(local, self.box, strict=True))
+
+    def crossing(
+        self, origin: Vector, direction: Vector, bits: int, *, departs: bool, inside: bool
+    ) -> tuple[arb, Vector] | None:
+        """Return the ray's t at its first crossing, and the local point there."""
+        o, d = self.point_to_local(origin), self.vector_to_local(direction)
+        enter, leave = self._span(o, d)
+        begin = enter * 0 if departs or inside else enter
+        if not leave > begin:
+            return None
+        start = o if departs or inside else _plus(o, _times(begin, d))
+
+        def along(t: arb) -> Jet:
+            ray = {name: Jet(a + t * b, (b,)) for name, a, b in zip("xyz", start, d, strict=True)}
+            return jet(self.expression, {**self.along, **ray})
+
+        t = first_crossing(along, leave - begin, bits, departs=departs, side=-1 if inside else 1)
+        return None if t is None else (begin + t, _plus(start, _times(t, d)))
+
+    def _span(self, o: Vector, d: Vector) -> tuple[arb, arb]:
+        """Return exact numbers between which the ray ahead is in the box: none of it is left out."""
+        from flint import arb
+
+        enter, leave = arb(0), arb(2) ** 200
+        for p, v, (low, high) in zip(o, d, self.box, strict=True):
+            if contains_zero(v):
+                # Along the slab, or nearly: from outside it is far
+                gap = low - p if p < low else p - high
+                if gap > 0:
+                    enter = enter.max(arb(2) ** 200 if v.is_zero() else (gap / abs(v).upper()).lower())
+                continue
+            a, b = (low - p) / v, (high - p) / v
+            enter, leave = enter.max(a.min(b).lower()).mid(), leave.min(a.max(b).upper()).mid()
+        return enter, leave
+
+
+def _turn(axis: int, degrees: float) -> list[list[Any]]:
+    """Return the rows of a right-handed turn about a coordinate axis."""
+    from flint import arb, fmpq
+
+    angle = Fraction(degrees) / 180
+    sine, cosine = arb.sin_cos_pi_fmpq(fmpq(angle.numerator, angle.denominator))
+    first, second = (axis + 1) % 3, (axis + 2) % 3
+    rows = [[arb(i == j) for j in range(3)] for i in range(3)]
+    rows[first][first] = rows[second][second] = cosine
+    rows[first][second], rows[second][first] = -sine, sine
+    return rows
+
+
+def _vector(numbers: Sequence[float]) -> Vector:
+    from flint import arb
+
+    x, y, z = (arb(float(each)) for each in numbers)
+    return x, y, z
+
+
+def _dot(a: Vector, b: Vector) -> arb:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _dotted(rows: Iterable[Any], v: Vector) -> Vector:
+    x, y, z = (_dot(tuple(row), v) for row in rows)
+    return x, y, z
+
+
+def _plus(a: Vector, b: Vector) -> Vector:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def _minus(a: Vector, b: Vector) -> Vector:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def _times(k: arb, v: Vector) -> Vector:
+    return k * v[0], k * v[1], k * v[2]
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _unit(v: Vector) -> Vector:
+    length = _dot(v, v).sqrt()
+    return v[0] / length, v[1] / length, v[2] / length
