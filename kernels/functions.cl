@@ -1,19 +1,18 @@
 // functions.cl: functions of numbers that the built-ins do slowly, or wrongly, for packets.
 //
-// provides  abs_v(), min_v(), max_v(), pow_v(), cbrt_v(), down_scale()        needs  prelude
+// provides  abs_v(), min_v(), max_v(), pow_v(), cbrt_v(), cbrt_normal_v(), down_scale()        needs  prelude
 
 // The built-ins fabs, fmin and fmax are calls on PoCL; these are one instruction. min_v and max_v do not pass on a NaN in b.
 static inline realv abs_v(realv a) { return as_numbers(as_bits(a) & ~as_bits((realv)-0.0f)); }
 static inline realv min_v(realv a, realv b) { return b < a ? b : a; }
 static inline realv max_v(realv a, realv b) { return b > a ? b : a; }
 
-// The cube root to 2 ulp, without a division. The built-in goes lane by lane on PoCL. With r near |a|^(-1/3), read from the
-// bits of a to 3.5 %, and h = 1 - |a| r^3, the next r is r (1 - h)^(-1/3) = r (1 + h / 3 + 2 h^2 / 9 + ...): from 3.5 % two
-// turns lead to 1e-9, and one of Newton's on the root itself to the last bits.
-static inline realv cbrt_v(realv a) {
+// The cube root of a positive normal number to 2 ulp, without a division, and 1 over it to 4. The built-in goes lane by lane
+// on PoCL. With r near x^(-1/3), read from the bits of x to 3.5 %, and h = 1 - x r^3, the next r is
+// r (1 - h)^(-1/3) = r (1 + h / 3 + 2 h^2 / 9 + ...): from 3.5 % two turns lead to 1e-9, and one of Newton's, on the root
+// itself or then on 1 over it, to the last bits.
+static inline realv cbrt_normal_v(realv x, realv *inverse) {
   const realv third = (realv)NUMBER(0.33333333333333333), two_ninths = (realv)NUMBER(0.22222222222222222);
-  const maskv small = abs_v(a) < (realv)REAL_TINY;  // subnormal: its bits are no logarithm
-  const realv x = abs_v(a) * (small ? (realv)NUMBER(18014398509481984.0) : (realv)1);  // 2^54
   const realv seed = (realv)4 * third * to_numbers(as_bits((realv)1)) -
                      (realv)NUMBER(0.06615) * to_numbers(as_bits((realv)REAL_TINY));
   realv r = as_numbers(to_bits(seed - third * to_numbers(as_bits(x))));
@@ -22,7 +21,17 @@ static inline realv cbrt_v(realv a) {
     r = r + r * h * (third + two_ninths * h);
   }
   const realv y = x * (r * r);
-  const realv root = (y - (y * y * y - x) * (third * (r * r))) * (small ? (realv)NUMBER(3.814697265625e-06) : (realv)1);
+  const realv root = y - (y * y * y - x) * (third * (r * r));
+  *inverse = r + r * ((realv)1 - r * root);
+  return root;
+}
+
+// The same of all numbers; zeros, infinities and NaN are kept.
+static inline realv cbrt_v(realv a) {
+  const maskv small = abs_v(a) < (realv)REAL_TINY;  // subnormal: its bits are no logarithm
+  const realv x = abs_v(a) * (small ? (realv)NUMBER(18014398509481984.0) : (realv)1);  // 2^54
+  realv unused;
+  const realv root = cbrt_normal_v(x, &unused) * (small ? (realv)NUMBER(3.814697265625e-06) : (realv)1);
   const maskv usual = (x > (realv)0) & (x <= (realv)REAL_MAX);
   return usual ? (a < (realv)0 ? -root : root) : a;
 }

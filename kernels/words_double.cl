@@ -22,6 +22,7 @@
 #undef max_v
 #undef pow_v
 #undef cbrt_v
+#undef cbrt_normal_v
 #undef down_scale
 #undef search_t
 #undef root_t

@@ -24,6 +24,7 @@
 #define max_v single_max_v
 #define pow_v single_pow_v
 #define cbrt_v single_cbrt_v
+#define cbrt_normal_v single_cbrt_normal_v
 #define down_scale single_down_scale
 #define search_t single_search_t
 #define root_t single_root_t

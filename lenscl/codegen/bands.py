@@ -13,6 +13,7 @@ from lenscl.expr import (
     degree,
     derivative_along,
     is_rational,
+    least,
     magnitude,
     number,
     pieces,
@@ -20,6 +21,7 @@ from lenscl.expr import (
     symbol,
     twice_text,
 )
+from lenscl.expr.graph import node, walk
 from lenscl.lenses import Surface
 
 _AXES = "xyz"
@@ -48,13 +50,19 @@ def has_twice(surface: Surface) -> bool:
 
 def _functions(prefix: str, surface: Surface, precision: Precision, write_parts: Callable[..., str]) -> str:
     joined, leaves, parts = _taken_apart(surface)
-    sloped = {name: unlike(f"{name}_slope", {*shape_symbols(surface), *parts}) for name in parts}
+    kinds = {name: _KINDS[_degree(part) - 1] for name, part in parts.items()}
+    roots = _roots(leaves.values(), parts, {*shape_symbols(surface), *parts})
+    leaves = {name: _replaced(leaf, roots) for name, leaf in leaves.items()}
+    curves = {part: (f"{{}}_of_{kind}", f"parts->{part}") for part, kind in kinds.items()}
+    curves |= {str(root.name): ("{}_of_cbrt", f"parts->{each.args[0].name}") for each, root in roots.items()}
+    sloped = {name: unlike(f"{name}_slope", {*shape_symbols(surface), *curves}) for name in curves}
     along = {name: symbol(of) for name, of in sloped.items()}
     leaf_slopes = {name: derivative_along(leaf, along) for name, leaf in leaves.items()}
-    kinds = {name: _KINDS[_degree(part) - 1] for name, part in parts.items()}
-    bands = {name: f"band_of_{kind}(parts->{name})" for name, kind in kinds.items()}
-    starts = {name: f"start_of_{kind}(parts->{name})" for name, kind in kinds.items()}
-    slopes = {sloped[name]: f"slope_of_{kind}(parts->{name})" for name, kind in kinds.items()}
+    bands, starts, slopes = (
+        {name: f"{call.format(what)}({part})" for name, (call, part) in curves.items()}
+        for what in ("band", "start", "slope")
+    )
+    slopes = {sloped[name]: made for name, made in slopes.items()}
     return "\n".join(
         (
             _parts_struct(prefix, kinds),
@@ -65,6 +73,23 @@ def _functions(prefix: str, surface: Surface, precision: Precision, write_parts:
             _bands_function(prefix, "slope_bands", surface, leaf_slopes, bands | slopes, precision),
         )
     )
+
+
+def _roots(leaves: Iterable[Expr], parts: Mapping[str, Expr], taken: Collection[str]) -> dict[Expr, Expr]:
+    """Return the nodes that kernels/interval_cbrt.cl has words for, with the symbols that stand for them."""
+    found: dict[Expr, Expr] = {}
+    for each in walk(leaves):
+        part = parts.get(str(each.args[0].name)) if each.op == "cbrt" else None
+        if part is not None and _degree(part) == 2 and least(part) >= 0.0:
+            found[each] = symbol(unlike(f"{each.args[0].name}_root", taken))
+    return found
+
+
+def _replaced(expr: Expr, symbols: Mapping[Expr, Expr]) -> Expr:
+    made: dict[Expr, Expr] = {}
+    for each in walk([expr]):
+        made[each] = symbols.get(each) or (node(each.op, *(made[arg] for arg in each.args)) if each.args else each)
+    return made[expr]
 
 
 def leaves_of(surface: Surface) -> tuple[Expr, ...]:
@@ -223,9 +248,10 @@ def _bands_function(
 ) -> str:
     """Return the function of the leaves' bands, `bands` being the C text of those that they are made of."""
     symbols = {part: part for part in bands} | shape_symbols(surface)
+    used = {each.name for each in walk(leaves.values())}
     text = band_text(leaves, symbols=symbols, bands=bands, precision=precision)
     return function_of(
         f"void {prefix}_{name}(const {prefix}_parts_t *parts, {prefix}_t shape, band_t of_leaf[{prefix}_LEAVES])",
-        text.after(f"const band_t {part} = {made};" for part, made in bands.items()),
+        text.after(f"const band_t {part} = {made};" for part, made in bands.items() if part in used),
         "\n".join(f"of_leaf[{i}] = {{{leaf}}};" for i, leaf in enumerate(leaves)),
     )

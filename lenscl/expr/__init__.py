@@ -24,7 +24,7 @@ from lenscl.expr.reader import parse
 from lenscl.expr.twice_writer import is_rational, twice_text
 
 if TYPE_CHECKING:  # these compute with numpy, which reading and writing expressions does not wait for
-    from lenscl.expr.enclose import bounds
+    from lenscl.expr.enclose import bounds, least
     from lenscl.expr.values import evaluate, evaluate_with_error
 
 __all__ = [
@@ -46,6 +46,7 @@ __all__ = [
     "evaluate_with_error",
     "gradient",
     "is_rational",
+    "least",
     "magnitude",
     "number",
     "parse",
@@ -55,7 +56,7 @@ __all__ = [
     "twice_text",
 ]
 
-_NUMERIC = {"bounds": "enclose", "evaluate": "values", "evaluate_with_error": "values"}
+_NUMERIC = {"bounds": "enclose", "least": "enclose", "evaluate": "values", "evaluate_with_error": "values"}
 
 
 def __getattr__(name: str) -> Any:

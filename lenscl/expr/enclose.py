@@ -50,3 +50,9 @@ def bounds(expr: Expr, box: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> tuple[
                 at[each] = OPERATIONS[each.op].interval(intervals, *(at[arg] for arg in each.args))
     shape = np.broadcast_shapes(*(part.shape for each in given.values() for part in (each.lo, each.hi)))
     return np.array(np.broadcast_to(at[expr].lo, shape)), np.array(np.broadcast_to(at[expr].hi, shape))
+
+
+def least(expr: Expr) -> float:
+    """Return what an expression is never below, whatever its symbols are; -inf where nothing is known."""
+    everything = {str(each.name): (-np.inf, np.inf) for each in walk([expr]) if each.op == "symbol"}
+    return float(bounds(expr, everything)[0])

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from lenscl.expr.c_writer import CText, Precision, Writer, single, spell_number
-from lenscl.expr.graph import Expr, walk
+from lenscl.expr.graph import Expr
 from lenscl.expr.operations import ATOM
 
 CALLS: Mapping[str, str] = {
@@ -136,10 +136,9 @@ class _BandWriter(Writer):
 
     def _least(self, each: Expr) -> str:
         """Spell what an operand is never below, whatever the coordinates and parameters are."""
-        from lenscl.expr.enclose import bounds  # numpy, which only those wait for who write bands
+        from lenscl.expr.enclose import least  # numpy, which only those wait for who write bands
 
-        everything = {str(part.name): (-float("inf"), float("inf")) for part in walk([each]) if part.op == "symbol"}
-        low = float(bounds(each, everything)[0])
+        low = least(each)
         if not 0.0 <= low < 1e38:  # only positive operands matter; and single precision ends there
             return "(realv)-INFINITY"
         if not self._holds(low):

@@ -70,6 +70,7 @@ _ROWS = (
             "interval_arithmetic.cl",
             "interval_curves.cl",
             "interval_powers.cl",
+            "interval_cbrt.cl",
             "interval_functions.cl",
         ),
         is_guaranteed=True,
