@@ -26,14 +26,15 @@ static inline realv cbrt_normal_v(realv x, realv *inverse) {
   return root;
 }
 
-// The same of all numbers; zeros, infinities and NaN are kept.
+// The same of all numbers; zeros, infinities and NaN are kept. Zero needs nothing said: its root is x times what is finite.
 static inline realv cbrt_v(realv a) {
-  const maskv small = abs_v(a) < (realv)REAL_TINY;  // subnormal: its bits are no logarithm
-  const realv x = abs_v(a) * (small ? (realv)NUMBER(18014398509481984.0) : (realv)1);  // 2^54
+  const realv size = abs_v(a);
+  const maskv small = size < (realv)REAL_TINY;  // subnormal: its bits are no logarithm
   realv unused;
-  const realv root = cbrt_normal_v(x, &unused) * (small ? (realv)NUMBER(3.814697265625e-06) : (realv)1);
-  const maskv usual = (x > (realv)0) & (x <= (realv)REAL_MAX);
-  return usual ? (a < (realv)0 ? -root : root) : a;
+  const realv root = cbrt_normal_v(small ? size * (realv)NUMBER(18014398509481984.0) : size, &unused);  // 2^54
+  const realv scaled = small ? root * (realv)NUMBER(3.814697265625e-06) : root;  // 2^-18
+  const bitsv sign = as_bits(a) & as_bits((realv)-0.0f);
+  return size > (realv)REAL_MAX ? a : as_numbers(as_bits(scaled) | sign);
 }
 
 // PoCL 3.0's pow of a double8 with a lane of 0, 1e-300, infinity or NaN is wrong in other lanes; that of a double4 is not.
