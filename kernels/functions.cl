@@ -7,8 +7,8 @@ static inline realv abs_v(realv a) { return as_numbers(as_bits(a) & ~as_bits((re
 static inline realv min_v(realv a, realv b) { return b < a ? b : a; }
 static inline realv max_v(realv a, realv b) { return b > a ? b : a; }
 
-// The cube root of a positive normal number to 2 ulp, without a division, and 1 over it to 4. The built-in goes lane by lane
-// on PoCL. With r near x^(-1/3), read from the bits of x to 3.5 %, and h = 1 - x r^3, the next r is
+// The cube root of a positive normal number to 2 ulp, without a division, and 1 over it to 4. The built-in goes lane by
+// lane on PoCL. With r near x^(-1/3), read from the bits of x to 3.5 %, and h = 1 - x r^3, the next r is
 // r (1 - h)^(-1/3) = r (1 + h / 3 + 2 h^2 / 9 + ...): from 3.5 % two turns lead to 1e-9, and one of Newton's, on the root
 // itself or then on 1 over it, to the last bits.
 static inline realv cbrt_normal_v(realv x, realv *inverse) {
@@ -26,7 +26,7 @@ static inline realv cbrt_normal_v(realv x, realv *inverse) {
   return root;
 }
 
-// The same of all numbers; zeros, infinities and NaN are kept. Zero needs nothing said: its root is x times what is finite.
+// The same of all numbers; zeros, infinities and NaN are kept. The root of zero is zero times what is finite.
 static inline realv cbrt_v(realv a) {
   const realv size = abs_v(a);
   const maskv small = size < (realv)REAL_TINY;  // subnormal: its bits are no logarithm

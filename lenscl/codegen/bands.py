@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 from lenscl.codegen.text import Precision, function, function_of, shape_symbols, unlike
 from lenscl.expr import (
@@ -50,23 +50,22 @@ def has_twice(surface: Surface) -> bool:
 
 def _functions(prefix: str, surface: Surface, precision: Precision, write_parts: Callable[..., str]) -> str:
     joined, leaves, parts = _taken_apart(surface)
-    kinds = {name: _KINDS[_degree(part) - 1] for name, part in parts.items()}
-    roots = _roots(leaves.values(), parts, {*shape_symbols(surface), *parts})
+    taken = {*shape_symbols(surface), *parts}
+    roots = _roots(leaves.values(), parts, taken)
     leaves = {name: _replaced(leaf, roots) for name, leaf in leaves.items()}
-    curves = {part: (f"{{}}_of_{kind}", f"parts->{part}") for part, kind in kinds.items()}
-    curves |= {str(root.name): ("{}_of_cbrt", f"parts->{each.args[0].name}") for each, root in roots.items()}
-    sloped = {name: unlike(f"{name}_slope", {*shape_symbols(surface), *curves}) for name in curves}
+    kinds = {name: _KINDS[_degree(part) - 1] for name, part in parts.items()}
+    kinds |= {str(root.name): "cbrt" for root in roots.values()}
+    sloped = {name: unlike(f"{name}_slope", {*taken, *kinds}) for name in kinds}
     along = {name: symbol(of) for name, of in sloped.items()}
     leaf_slopes = {name: derivative_along(leaf, along) for name, leaf in leaves.items()}
-    bands, starts, slopes = (
-        {name: f"{call.format(what)}({part})" for name, (call, part) in curves.items()}
-        for what in ("band", "start", "slope")
-    )
-    slopes = {sloped[name]: made for name, made in slopes.items()}
+    bands = {name: f"band_of_{kind}(parts->{name})" for name, kind in kinds.items()}
+    starts = {name: f"start_of_{kind}(parts->{name})" for name, kind in kinds.items()}
+    slopes = {sloped[name]: f"slope_of_{kind}(parts->{name})" for name, kind in kinds.items()}
+    finish = [f"parts.{root.name} = cbrt_of(parts.{each.args[0].name});" for each, root in roots.items()]
     return "\n".join(
         (
             _parts_struct(prefix, kinds),
-            write_parts(prefix, surface, parts, precision),
+            write_parts(prefix, surface, parts, finish, precision),
             _leaves_text(prefix, joined, len(leaves)),
             _bands_function(prefix, "bands", surface, leaves, bands, precision),
             _bands_function(prefix, "start_bands", surface, leaves, starts, precision),
@@ -115,8 +114,13 @@ def _parts_struct(prefix: str, kinds: dict[str, str]) -> str:
     return f"typedef struct {{\n{fields}}} {prefix}_parts_t;\n"
 
 
-def _parts_function(prefix: str, surface: Surface, parts: dict[str, Expr], precision: Precision) -> str:
-    """Return the function of the parts' coefficients and of what these may be wrong by."""
+def _parts_function(
+    prefix: str, surface: Surface, parts: dict[str, Expr], finish: Sequence[str], precision: Precision
+) -> str:
+    """Return the function of the parts' coefficients and of what these may be wrong by.
+
+    `finish` is what is made of the parts then, in C.
+    """
     spelled = {"REAL_EPSILON": "REAL_EPSILON", "INPUT_ROUNDINGS": "INPUT_ROUNDINGS"} | shape_symbols(surface)
     vectors = {}
     for vector in ("origin", "along", "reach", "drift"):
@@ -143,13 +147,15 @@ def _parts_function(prefix: str, surface: Surface, parts: dict[str, Expr], preci
     return function(
         f"{prefix}_parts_t {prefix}_parts(real3v origin, real3v along, real3v reach, real3v drift, {prefix}_t shape)",
         outputs,
-        "\n".join((*lines, "return parts;")),
+        "\n".join((*lines, *finish, "return parts;")),
         spelled,
         precision,
     )
 
 
-def _parts_function_twice(prefix: str, surface: Surface, parts: dict[str, Expr], precision: Precision) -> str:
+def _parts_function_twice(
+    prefix: str, surface: Surface, parts: dict[str, Expr], finish: Sequence[str], precision: Precision
+) -> str:
     """Return the function of the parts' coefficients in twice the precision, rounded at the end.
 
     An operation's relative error is at most 15 u^2, less than 4 REAL_EPSILON^2; the last rounding's and those of the
@@ -193,7 +199,7 @@ def _parts_function_twice(prefix: str, surface: Surface, parts: dict[str, Expr],
                 f"{prefix}_parts_t {prefix}_parts_twice(dd3_t middle, dd3_t along, real3v reach, real3v drift,"
                 f" {prefix}_t shape)",
                 twice_text(outputs, symbols=vectors | spelled, lanes=vectors),
-                "\n".join((*lines, f"{prefix}_errors(reach, drift, shape, &parts);", "return parts;")),
+                "\n".join((*lines, f"{prefix}_errors(reach, drift, shape, &parts);", *finish, "return parts;")),
             ),
         )
     )
