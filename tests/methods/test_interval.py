@@ -30,6 +30,7 @@ USERS = {
     "two balls": ("max(x^2 + y^2 + (z - 0.6)^2, x^2 + y^2 + (z + 0.6)^2) - 1", {}),
     "union": ("min((x - 0.4)^2 + y^2 + z^2, (x + 0.4)^2 + y^2 + z^2) - 0.3", {}),
     "egg box": ("max(z - 0.2*exp(-x^2)*cos(6*x)*tanh(3*y), hypot(x, y) - 1, -z - 0.5)", {}),
+    "cusps": ("x^2 + y^2 + z^2 - 0.7 - k*z*cbrt((x - 0.3)^2 + 4*y^2) + 0.1*cbrt(z^2)", {"k": 0.4}),
     "waves": ("max(cos(25*x)*cos(25*y) + 0.2*z, x^2 + y^2 + z^2 - 1)", {}),
 }
 NAMES = ("sphere", "torus", "bifolia", "heart", "superellipsoid", "barth_sextic", *USERS)
