@@ -2,10 +2,11 @@
 //
 // provides  SURFACE(root_in_box)()        needs  prelude, placement, search, SURFACE(first_root)
 
-// The first root of a whole ray. In the search the ray's origin is moved to its entry into the box, for the digits of a far
-// origin would be lost in F; a known root must stay at t = 0. Lanes that pass the box are taken out of it.
+// The first root of a whole ray. In the search the ray's origin is moved to its entry into the box, for the digits of a
+// far origin would be lost in F; a known root must stay at t = 0.
 //
-//   from  out: t of the ray where the search's own begins
+//   search  in and out: origin and length become those of the way through the box, lanes those that do not pass it
+//   from    out: t of the ray where the search's own begins
 static inline root_t SURFACE(root_in_box)(const lens_t *lens, search_t *search, SURFACE(t) shape,
                                           const method_t *method, realv *from) {
   const maskv stays = search->departs | search->inside;

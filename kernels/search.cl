@@ -19,9 +19,9 @@
 //   SURFACE(magnitude)(p, shape)             the polynomial with all its terms positive
 
 typedef struct {
-  real3v origin;     // local, where the ray enters the surface's bounding box, or inside it
+  real3v origin;     // local; once the search begins where the ray enters the surface's bounding box, or inside it
   real3v direction;  // local, scaled so that t is in scene units
-  realv length;      // where the ray leaves the box
+  realv length;      // where the ray leaves the box; set when the search begins
   maskv inside;      // lanes that travel in the solid: F < 0 before the root
   maskv departs;     // lanes that start on this very surface: their root at t = 0 is known and must be removed
   maskv lanes;       // lanes that ask

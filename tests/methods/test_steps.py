@@ -61,5 +61,5 @@ def test_every_method_counts_and_counting_changes_nothing(method: str) -> None:
 
 def test_no_search_has_no_mean() -> None:
     beside = AXIS | {"centre": [5.0, 0.0, 2.5]}
-    counted = count_steps(make_scene(SPHERE, film=beside))
+    counted = count_steps(make_scene({"surface": "torus"}, film=beside))  # passes the box, within which it is searched
     assert (counted.searches, counted.steps, counted.mean) == (0, 0, 0.0)
