@@ -16,6 +16,8 @@ from lenscl.tracing.film import film_rays
 from lenscl.tracing.job import Job, chosen_device, shaped, structure_of, traced_rays, unit_vectors
 from lenscl.tracing.raymap import RayMap, RayPaths
 
+_FARTHEST = 1e30  # scene units: as for picture coordinates; single precision ends at 3e38
+
 
 def trace(
     scene: Scene, *, method: str | None = None, precision: str | None = None, device: Device | str | None = None
@@ -85,7 +87,8 @@ def trace_rays(
     Raises
     ------
     TraceError
-        If the arrays are not (N, 3) and finite, or a direction is zero; the message names the first such ray.
+        If the arrays are not (N, 3) and finite, an origin's number is beyond 1e30, or a direction is zero; the message
+        names the first such ray.
     StudyError, NoDeviceError, BuildError
         As for `trace`.
     """
@@ -110,6 +113,9 @@ def _checked_rays(origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np
         if not np.isfinite(array).all():
             ray = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
             raise TraceError(f"{name}[{ray}]: expected finite numbers, got {array[ray]}")
+    if (far := (np.abs(points) > _FARTHEST).any(axis=1)).any():
+        ray = int(np.flatnonzero(far)[0])
+        raise TraceError(f"origins[{ray}]: expected numbers of a size up to {_FARTHEST:g}, got {points[ray]}")
     if len(points) != len(vectors):
         raise TraceError(f"expected as many directions as origins, got {len(vectors)} and {len(points)}")
     if not (some := vectors.any(axis=1)).all():

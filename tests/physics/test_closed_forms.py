@@ -9,6 +9,7 @@ from scenes import make_scene
 
 from lenscl import RayStatus, trace, trace_rays
 from lenscl.config import Scene
+from lenscl.errors import TraceError
 from lenscl.reference import film_rays
 
 Array = NDArray[np.floating]
@@ -128,6 +129,32 @@ def test_a_sphere_is_aplanatic_at_radius_over_n() -> None:
     assert (rays.events == 1).all()
     to_image = np.array([0.0, 0.0, r * n]) - rays.origin
     assert np.linalg.norm(np.cross(to_image, rays.direction), axis=1).max() < 1e-12
+
+
+@pytest.mark.parametrize("precision", ["single", "double"])
+def test_an_index_of_a_thousand_costs_three_digits_and_no_more(precision: str) -> None:
+    ball = make_scene({"surface": "sphere", "r": 1.0, "n": 1000.0}, numerics={"precision": precision})
+    rng = np.random.default_rng(0)
+    p = rng.normal(size=(2000, 3))
+    p /= np.linalg.norm(p, axis=1, keepdims=True)
+    across = np.cross(p, rng.normal(size=p.shape))
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    sine = rng.uniform(0, 0.999, (2000, 1))  # of the angle outside
+    rays = trace_rays(ball, across * sine / 1000, p)
+    assert (rays.events == 1).all(), "none is beyond the critical angle"
+    eps = {"single": 2.0**-23, "double": 2.0**-52}[precision]
+    assert np.abs(np.linalg.norm(rays.direction.astype(float), axis=1) - 1).max() < 8000 * eps
+    cosine = np.sum(rays.direction * rays.origin, axis=1)
+    assert np.abs(cosine - np.sqrt(1 - sine[:, 0] ** 2)).max() < 4000 * eps / np.sqrt(1 - 0.999**2)
+
+
+def test_origins_that_no_number_of_single_precision_holds_are_refused() -> None:
+    ball = make_scene({"surface": "sphere"})
+    with pytest.raises(TraceError, match=r"origins\[1\]: expected numbers of a size up to 1e\+30"):
+        trace_rays(ball, [[0, 0, 4], [1e39, 0, 0]], [[0, 0, -1], [-1, 0, 0]])
+    for precision in ("single", "double"):
+        far = trace_rays(ball.replace({"numerics.precision": precision}), [[1e30, 0, 0]], [[-1, 0, 0]])
+        assert np.isfinite(far.origin).all()
 
 
 def test_a_wrong_focal_length_would_be_seen() -> None:
