@@ -78,8 +78,8 @@ static inline band_t band_pow(band_t a, band_t p, realv least) {
   const realv change = (abs_v(p.rise) + p.error) * WIDEN;
   const realv log_low = low > (realv)0 ? log(low) : (realv)0;
   const realv s = change * max_v(abs_v(log(high)), abs_v(log_low)) * LOOSEN;
-  const maskv known = (low >= (realv)0) & ((band_low(a) >= (realv)0) | (least >= (realv)0)) & (high < (realv)REAL_MAX) & (s <= HALF) &
-                      ((low > (realv)0) | (p.mid > change));
+  const maskv known = (low >= (realv)0) & ((band_low(a) >= (realv)0) | (least >= (realv)0)) &  //
+                      (high < (realv)REAL_MAX) & (s <= HALF) & ((low > (realv)0) | (p.mid > change));
 
   const realv factor = p.mid * (p.mid - (realv)1);
   const realv curve_low = factor * at_low / (low * low);

@@ -8,8 +8,8 @@
 #endif
 #define NEWTON_NEAR sqrt((real)REAL_EPSILON)  // of t: a move so short is followed by one of rounding's size, or by noise
 
-// Moves the roots that were found to where F changes its sign in their brackets. A departing lane whose bracket starts at the known root looks for one of (F - F(0)) / t instead, which has lost that root; F(0) is no
-// more than rounding.
+// Moves the roots that were found to where F changes its sign in their brackets. A departing lane whose bracket starts at
+// the known root looks for one of (F - F(0)) / t instead, which has lost that root; F(0) is no more than rounding.
 //
 //   tolerance  a shorter move of t ends the search, as one of two roundings does
 static inline void SURFACE(polish)(search_t search, SURFACE(t) shape, realv tolerance, root_t *root) {
@@ -53,7 +53,8 @@ static inline void SURFACE(polish)(search_t search, SURFACE(t) shape, realv tole
 
     // Be done where move or bracket is fine, where the next move, as moves shrink (move / last)^2 move, will be far
     // finer, and where only rounding moves t any more
-    const maskv settles = within & (((realv)64 * move * move * move <= finest * last * last) | ((move >= last) & (move <= small)));
+    const maskv settles = within & (((realv)64 * move * move * move <= finest * last * last) |  //
+                                    ((move >= last) & (move <= small)));
     const maskv ends = (move <= finest) | (high - low <= fine) | (value == (realv)0) | settles;
     const realv next = within ? newton : ends ? t : middle;
     t = moves ? next : t;

@@ -14,7 +14,7 @@ static inline realv SURFACE(rounding)(real3v o, real3v d, realv length, SURFACE(
   return (realv)(REAL_EPSILON * SURFACE(ROUNDINGS)) * SURFACE(magnitude)(reach, shape);
 }
 
-// Whether a value and the bound of its rounding say anything: no part was flushed to zero that mattered, and none overflowed.
+// Whether a value and the bound of its rounding say anything: no part was flushed to zero that mattered, none overflowed.
 static inline maskv SURFACE(in_range)(realv value, realv noise) {
   return (noise > (realv)(REAL_TINY / REAL_EPSILON)) & (value < (realv)MOST_NOISE);
 }

@@ -2,10 +2,10 @@
 //
 // provides  SURFACE(isolate)()        needs  prelude, functions, search, polynomial_ray, of degree 2
 //
-// f(t) = a0 + a1 t + a2 t^2, positive before the first root, t in units of the ray's length. With s = -a1 and m = -2 a2 that is where the larger of
-// 2 a0 / (s + sqrt(s^2 + 2 a0 m)) and (sqrt(s^2 + 2 a0 m) - s) / m does not cancel. The errors of the three
-// coefficients add up to `noise` at most, which leaves the discriminant uncertain by noise times the largest of 2 |a1|, 4 |a0| and 4 |a2|, and a little for terms of second order: what lies
-// within is a touch or none, undecided.
+// f(t) = a0 + a1 t + a2 t^2, positive before the first root, t in units of the ray's length. With s = -a1 and m = -2 a2
+// that is where the larger of 2 a0 / (s + sqrt(s^2 + 2 a0 m)) and (sqrt(s^2 + 2 a0 m) - s) / m does not cancel. The errors
+// of the three coefficients add up to `noise` at most, which leaves the discriminant uncertain by noise times the largest
+// of 2 |a1|, 4 |a0| and 4 |a2|, and a little for terms of second order: what lies within is a touch or none, undecided.
 
 static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const method_t *method) {
   realv a[3];

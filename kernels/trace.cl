@@ -16,7 +16,8 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
   hit.doubt = (realv)REAL_MAX;
   hit.lens = NOWHERE;
   hit.searches = hit.steps = (maskv)0;
-  hit.t = hit.n_lens = hit.eta = hit.point.x = hit.point.y = hit.point.z = hit.normal.x = hit.normal.y = hit.normal.z = (realv)0;
+  hit.t = hit.n_lens = hit.eta = (realv)0;
+  hit.point.x = hit.point.y = hit.point.z = hit.normal.x = hit.normal.y = hit.normal.z = (realv)0;
   meet_lenses(&traveller, scene, &hit);
   count_steps(&hit COUNT_ARGUMENTS);
 

@@ -11,26 +11,26 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
-from lenscl.config import Lens, Scene
+from lenscl.config import Scene
 from lenscl.errors import LensclError
-from lenscl.reference.crossing import UndecidableError, first_crossing
-from lenscl.reference.jets import Jet, contains_zero, jet
+from lenscl.reference.crossing import UndecidableError
+from lenscl.reference.jets import contains_zero
+from lenscl.reference.placed import Placed
+from lenscl.reference.vectors import cross, dot, minus, plus, times, unit, vector
 from lenscl.status import RayStatus
 
 if TYPE_CHECKING:
     from flint import arb
 
-    Vector = tuple[arb, arb, arb]
+    from lenscl.reference.vectors import Vector
 
 RADIUS = 1e-20  # picture coordinates; a hundred thousandth of the last bit of a double
 _FIRST_BITS, _MOST_BITS = 128, 2048
 _FARTHEST = 10**30  # |s| or |t| beyond are BEHIND
 _NORMAL = 2.0**-20  # a unit normal that is known less well is that of an edge, where both sides' are enclosed
-_BOX_MARGIN = 2.0**-10  # of a catalogue box's extent, as the solid must lie strictly inside
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,7 +127,7 @@ def _proof(scene: Scene, ray: Any, which: Any, radius: float) -> Proof:
 
 def _given_ray(_: Scene, which: Any) -> tuple[Vector, Vector]:
     origin, direction = which
-    return _vector(origin), _unit(_vector(direction))
+    return vector(origin), unit(vector(direction))
 
 
 def _film_ray(scene: Scene, which: Any) -> tuple[Vector, Vector]:
@@ -135,13 +135,13 @@ def _film_ray(scene: Scene, which: Any) -> tuple[Vector, Vector]:
 
     film, (row, column) = scene.film, which
     s, t = (arb(fmpq(2 * i + 1, 2 * n)) for i, n in ((column, film.columns), (row, film.rows)))
-    target = _plus(_plus(_vector(film.corner), _times(s, _vector(film.right))), _times(t, _vector(film.down)))
+    target = plus(plus(vector(film.corner), times(s, vector(film.right))), times(t, vector(film.down)))
     if scene.source.kind == "parallel":
         # The lens events do not depend on where before the lenses a ray starts: any plane ahead of all will do
-        direction = _unit(_vector(scene.source.direction or ()))
-        return _plus(target, _times(-_behind(scene, target), direction)), direction
-    origin = _vector(scene.source.at or ())
-    return origin, _unit(_minus(target, origin))
+        direction = unit(vector(scene.source.direction or ()))
+        return plus(target, times(-_behind(scene, target), direction)), direction
+    origin = vector(scene.source.at or ())
+    return origin, unit(minus(target, origin))
 
 
 def _behind(scene: Scene, target: Vector) -> arb:
@@ -150,12 +150,12 @@ def _behind(scene: Scene, target: Vector) -> arb:
 
     reach = arb(1)
     for screen in (scene.film, scene.picture):
-        reach += sum(abs(_dot(v, v)).sqrt() for v in map(_vector, (screen.corner, screen.right, screen.down)))
+        reach += sum(abs(dot(v, v)).sqrt() for v in map(vector, (screen.corner, screen.right, screen.down)))
     for lens in scene.lenses:
         low, high = lens.surface.box(lens.values)
-        corner = _vector([max(abs(a), abs(b)) * abs(c) for a, b, c in zip(low, high, lens.stretch, strict=True)])
-        reach += _dot(corner, corner).sqrt() + _dot(_vector(lens.centre), _vector(lens.centre)).sqrt()
-    return (reach + _dot(target, target).sqrt()).upper()
+        corner = vector([max(abs(a), abs(b)) * abs(c) for a, b, c in zip(low, high, lens.stretch, strict=True)])
+        reach += dot(corner, corner).sqrt() + dot(vector(lens.centre), vector(lens.centre)).sqrt()
+    return (reach + dot(target, target).sqrt()).upper()
 
 
 class _Path:
@@ -163,7 +163,7 @@ class _Path:
 
     def __init__(self, scene: Scene, bits: int) -> None:
         self.scene, self.bits = scene, bits
-        self.lenses = [_Placed(lens) for lens in scene.lenses]
+        self.lenses = [Placed(lens) for lens in scene.lenses]
         self.events = 0
         self.inside: int | None = None  # number of the lens whose solid it travels in
         self.on: int | None = None  # number of the lens on whose surface it starts, exactly
@@ -176,7 +176,7 @@ class _Path:
                 continue
             at = lens.at(local)
             if at.value.is_zero():
-                slope = _dot(lens.normal(at.slopes), direction)
+                slope = dot(lens.normal(at.slopes), direction)
                 if contains_zero(slope):
                     raise UndecidableError("the ray starts on a surface and along it")
                 self.on = number
@@ -225,8 +225,8 @@ class _Path:
         leaves = self.inside is not None
         n_lens, n_medium = arb(self.scene.lenses[number].n), arb(self.scene.n_medium)
         eta = n_lens / n_medium if leaves else n_medium / n_lens
-        against = _unit(_times(arb(-1) if leaves else arb(1), normal))
-        cosine = -_dot(self.direction, against)
+        against = unit(times(arb(-1) if leaves else arb(1), normal))
+        cosine = -dot(self.direction, against)
         if not all(each.rad() < _NORMAL for each in against):
             raise UndecidableError(
                 "the ray meets an edge of the surface, or a crease of F, where its normal is not known"
@@ -239,35 +239,35 @@ class _Path:
         if self.scene.lenses[number].n == self.scene.n_medium:
             self.inside = None if leaves else number
         elif behind > 0:
-            turned = _times(eta * cosine - behind.sqrt(), against)
-            self.direction = _plus(_times(eta, self.direction), turned)
+            turned = times(eta * cosine - behind.sqrt(), against)
+            self.direction = plus(times(eta, self.direction), turned)
             self.inside = None if leaves else number
         elif behind < 0:
             if self.scene.effects.total_reflection == "end":
                 return False
-            self.direction = _plus(self.direction, _times(2 * cosine, against))
+            self.direction = plus(self.direction, times(2 * cosine, against))
         else:
             raise UndecidableError("the ray meets the surface at the critical angle")
         return True
 
     def _landed(self) -> Proof:
         picture = self.scene.picture
-        right, down = _vector(picture.right), _vector(picture.down)
-        normal = _cross(right, down)
-        toward = _minus(_vector(picture.corner), self.origin)
-        falls = _dot(normal, self.direction)
+        right, down = vector(picture.right), vector(picture.down)
+        normal = cross(right, down)
+        toward = minus(vector(picture.corner), self.origin)
+        falls = dot(normal, self.direction)
         if falls.is_zero():
             return self._ended(RayStatus.BEHIND)
         if contains_zero(falls):
             raise UndecidableError("the ray is parallel to the picture, or nearly so")
-        distance = _dot(normal, toward) / falls
+        distance = dot(normal, toward) / falls
         if contains_zero(distance):
             raise UndecidableError("the ray starts on the picture's plane")
         if distance < 0:
             return self._ended(RayStatus.BEHIND)
-        point = _minus(_times(distance, self.direction), toward)
-        square = _dot(normal, normal)
-        s, t = _dot(_cross(point, down), normal) / square, _dot(_cross(right, point), normal) / square
+        point = minus(times(distance, self.direction), toward)
+        square = dot(normal, normal)
+        s, t = dot(cross(point, down), normal) / square, dot(cross(right, point), normal) / square
         if abs(s) > _FARTHEST or abs(t) > _FARTHEST:
             return self._ended(RayStatus.BEHIND)
         radius = max(float(each.rad().upper()) for each in (s, t)) * (1 + 2.0**-50)
@@ -285,137 +285,3 @@ class _Path:
     def doubtful(self, reason: str) -> Proof:
         """Return that the ray cannot be told at this number of bits."""
         return Proof(status=None, events=self.events, st=None, radius=0.0, bits=self.bits, reason=reason)
-
-
-class _Placed:
-    """A lens and its own space, in balls."""
-
-    def __init__(self, lens: Lens) -> None:
-        from flint import arb
-
-        self.expression = lens.surface.expression
-        self.values = {name: Jet(arb(value), (arb(0),) * 3) for name, value in lens.values.items()}
-        self.along = {name: Jet(arb(value), (arb(0),)) for name, value in lens.values.items()}
-        self.centre, self.stretch = _vector(lens.centre), _vector(lens.stretch)
-        self.turns = [_turn(axis, degrees) for axis, degrees in enumerate(lens.rotate)]
-        margin = _BOX_MARGIN if lens.surface.promised is None else 0.0
-        box = zip(*lens.surface.box(lens.values), strict=True)
-        self.box = [
-            (arb(low) - margin * (arb(high) - low), arb(high) + margin * (arb(high) - low)) for low, high in box
-        ]
-
-    def vector_to_local(self, v: Vector) -> Vector:
-        for turn in reversed(self.turns):
-            v = _dotted(zip(*turn, strict=True), v)
-        x, y, z = (a / c for a, c in zip(v, self.stretch, strict=True))
-        return x, y, z
-
-    def point_to_local(self, p: Vector) -> Vector:
-        return self.vector_to_local(_minus(p, self.centre))
-
-    def point_to_world(self, p: Vector) -> Vector:
-        x, y, z = (a * c for a, c in zip(p, self.stretch, strict=True))
-        return _plus(reduce(lambda v, turn: _dotted(turn, v), self.turns, (x, y, z)), self.centre)
-
-    def normal(self, slopes: Sequence[arb]) -> Vector:
-        """Take a gradient to the world, not unit: by the inverse transpose."""
-        x, y, z = (a / c for a, c in zip(slopes, self.stretch, strict=True))
-        return reduce(lambda v, turn: _dotted(turn, v), self.turns, (x, y, z))
-
-    def at(self, local: Vector) -> Jet:
-        """Return F and its gradient at a local point."""
-        from flint import arb
-
-        sides = {
-            name: Jet(p, tuple(arb(i == j) for j in range(3)))
-            for i, (name, p) in enumerate(zip("xyz", local, strict=True))
-        }
-        return jet(self.expression, {**self.values, **sides})
-
-    def may_hold(self, local: Vector) -> bool:
-        """Say whether a local point may lie in the bounding box."""
-        return not any(p < low or p > high for p, (low, high) in zip(local, self.box, strict=True))
-
-    def crossing(
-        self, origin: Vector, direction: Vector, bits: int, *, departs: bool, inside: bool
-    ) -> tuple[arb, Vector] | None:
-        """Return the ray's t at its first crossing, and the local point there."""
-        o, d = self.point_to_local(origin), self.vector_to_local(direction)
-        enter, leave = self._span(o, d)
-        begin = enter * 0 if departs or inside else enter
-        if not leave > begin:
-            return None
-        start = o if departs or inside else _plus(o, _times(begin, d))
-
-        def along(t: arb) -> Jet:
-            ray = {name: Jet(a + t * b, (b,)) for name, a, b in zip("xyz", start, d, strict=True)}
-            return jet(self.expression, {**self.along, **ray})
-
-        t = first_crossing(along, leave - begin, bits, departs=departs, side=-1 if inside else 1)
-        return None if t is None else (begin + t, _plus(start, _times(t, d)))
-
-    def _span(self, o: Vector, d: Vector) -> tuple[arb, arb]:
-        """Return exact numbers between which the ray ahead is in the box: none of it is left out."""
-        from flint import arb
-
-        enter, leave = arb(0), arb(2) ** 200
-        for p, v, (low, high) in zip(o, d, self.box, strict=True):
-            if contains_zero(v):
-                # Along the slab, or nearly: from outside it is far
-                gap = low - p if p < low else p - high
-                if gap > 0:
-                    enter = enter.max(arb(2) ** 200 if v.is_zero() else (gap / abs(v).upper()).lower())
-                continue
-            a, b = (low - p) / v, (high - p) / v
-            enter, leave = enter.max(a.min(b).lower()).mid(), leave.min(a.max(b).upper()).mid()
-        return enter, leave
-
-
-def _turn(axis: int, degrees: float) -> list[list[Any]]:
-    """Return the rows of a right-handed turn about a coordinate axis."""
-    from flint import arb, fmpq
-
-    angle = Fraction(degrees) / 180
-    sine, cosine = arb.sin_cos_pi_fmpq(fmpq(angle.numerator, angle.denominator))
-    first, second = (axis + 1) % 3, (axis + 2) % 3
-    rows = [[arb(i == j) for j in range(3)] for i in range(3)]
-    rows[first][first] = rows[second][second] = cosine
-    rows[first][second], rows[second][first] = -sine, sine
-    return rows
-
-
-def _vector(numbers: Sequence[float]) -> Vector:
-    from flint import arb
-
-    x, y, z = (arb(float(each)) for each in numbers)
-    return x, y, z
-
-
-def _dot(a: Vector, b: Vector) -> arb:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _dotted(rows: Iterable[Any], v: Vector) -> Vector:
-    x, y, z = (_dot(tuple(row), v) for row in rows)
-    return x, y, z
-
-
-def _plus(a: Vector, b: Vector) -> Vector:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-def _minus(a: Vector, b: Vector) -> Vector:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _times(k: arb, v: Vector) -> Vector:
-    return k * v[0], k * v[1], k * v[2]
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _unit(v: Vector) -> Vector:
-    length = _dot(v, v).sqrt()
-    return v[0] / length, v[1] / length, v[2] / length
