@@ -100,6 +100,8 @@ def _cbrt(u: Jet) -> Jet:
 
 
 def _cube_root(x: Any) -> Any:
+    if x.is_zero():  # of which python-flint has no root
+        return x
     return -((-x).root(3)) if x < 0 else x.root(3)
 
 
