@@ -15,7 +15,7 @@
 // of its own, and scaling a scene by a power of two scales every number and changes no decision.
 
 #ifndef SCAN_LIMIT
-#define SCAN_LIMIT 4096  // segments; usual are 1 to 3. More only where F oscillates or its bounds say nothing: then UNDECIDED
+#define SCAN_LIMIT 4096  // segments; usual are 1 to 3, more where F oscillates or its bounds say nothing: then UNDECIDED
 #endif
 #define FINEST ((realv)(8 * REAL_EPSILON))   // of t: a shorter segment has no places inside
 #define ONE_ROOT ((realv)(64 * REAL_EPSILON))  // of t: crossings that are closer are one

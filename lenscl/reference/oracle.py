@@ -87,7 +87,7 @@ def prove_rays(
     origins, directions : sequences of three numbers, one a ray
         Taken as exact; directions of any length.
     radius : float
-        The largest radius of a coordinate that will do; at least 1e-300.
+        The largest radius of a coordinate that will do; where 2048 bits do not reach it, the answer has a larger one.
 
     Returns
     -------
