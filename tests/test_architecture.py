@@ -14,7 +14,7 @@ PACKAGE = Path(lenscl.__file__).parent
 
 # A room may import rooms of lower floors only. Rooms on one floor do not know each other.
 FLOORS = (
-    {"errors", "status"},
+    {"errors", "status", "version"},
     {"expr"},
     {"effects", "methods", "lenses", "materials"},
     {"device", "codegen"},

@@ -64,7 +64,7 @@ def bench(
 
     from lenscl import device
     from lenscl.accuracy import Bench, Run, Store, compare, plan
-    from lenscl.sweep import program_version
+    from lenscl.version import program_version
 
     # What is wrong with the request is said before a minute has gone
     store = Store(folder)

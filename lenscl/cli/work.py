@@ -220,8 +220,9 @@ def _counted(counts: Mapping[RayStatus, int]) -> str:
 
 def _render(study: Study, image: Path, output: Path) -> None:
     from lenscl.imaging import Painter, read_picture, write_image
-    from lenscl.sweep import paint_as_told, program_version
+    from lenscl.sweep import paint_as_told
     from lenscl.tracing import trace
+    from lenscl.version import program_version
 
     picture = read_picture(image)
     raymap = trace(study.scene)

@@ -15,12 +15,14 @@ every problem, each led by its TOML key. Nothing in a study file can run code.
 
 from __future__ import annotations
 
+from lenscl.config.accuracy import Accuracy
 from lenscl.config.scene import Effects, Film, Lens, Numerics, Picture, Scene, Source
 from lenscl.config.study import Output, Point, Study, load_study, parse_override, scene_from_toml, study_from_toml
 from lenscl.config.sweep import Sweep
 from lenscl.config.tables import study_schema
 
 __all__ = [
+    "Accuracy",
     "Effects",
     "Film",
     "Lens",

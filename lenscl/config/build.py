@@ -39,7 +39,7 @@ NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 COORDINATES = ("x", "y", "z")
 LENS_KEYS = tuple(LensTable.model_fields)
 _PARALLEL = 4 * 2.0**-52  # sine of the angle of two spans that differ by rounding alone
-_BY_HAND = ("method", "precision", "snell", "step", "tolerance")
+BY_HAND = ("method", "precision", "snell", "step", "tolerance")  # keys of [numerics] that accuracy chooses
 
 
 def scene_from_document(document: Mapping[str, Any]) -> Scene:
@@ -159,11 +159,9 @@ def _screen(table: FilmTable | PictureTable) -> dict[str, Any]:
 def _read_numerics(document: Mapping[str, Any], report: Report) -> Numerics | None:
     table = document.get("numerics")
     if isinstance(table, dict) and "accuracy" in table:
-        clash = [key for key in _BY_HAND if key in table]
+        clash = [key for key in BY_HAND if key in table]
         if clash:
             report(f"numerics.accuracy: chooses {' and '.join(clash)} itself; give either accuracy or those")
-        report("numerics.accuracy: is not available in this version; set numerics.method and numerics.precision")
-        document = {"numerics": {key: value for key, value in table.items() if key != "accuracy"}}
     read = read_table(NumericsTable, document, "numerics", report)
     return None if read is None else Numerics(**{key: getattr(read, key) for key in NumericsTable.model_fields})
 

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 from pydantic import PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
+from lenscl.config.accuracy import Accuracy
 from lenscl.config.problems import as_plain, nearest, short
 from lenscl.errors import StudyError
 from lenscl.materials import (
@@ -30,6 +31,7 @@ LONGEST = 1e12  # scene units: products of three such lengths are still finite i
 SHORTEST = 1e-12  # likewise not yet zero
 MOST_PIXELS = 2**31
 _MOST_DISPERSION = 10_000  # numbers of one dispersion formula
+_ACCURACY = 'a positive length, such as "0.05 px" in pixels of the picture or "1e-9" in scene units'
 _OWN_INDEX = "stated in the study"
 
 Vec3 = tuple[float, float, float]
@@ -182,6 +184,15 @@ def check_text(value: Any) -> str:
     return value
 
 
+def check_accuracy(value: Any) -> Accuracy:
+    """Return a wanted accuracy; a bare number is one in scene units, as a text without `px` is."""
+    value = as_plain(value)
+    text = value if isinstance(value, str) else repr(Number(above=0.0, what=_ACCURACY)(value))
+    if (accuracy := Accuracy.read(text)) is None:
+        raise wrong(f"must be {_ACCURACY}, got {short(value)}")
+    return accuracy
+
+
 def check_index(value: Any) -> Material:
     """Return the material that a number, a catalogue name or a dispersion formula stands for."""
     value = as_plain(value)
@@ -278,4 +289,9 @@ Images = Annotated[
     WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}, "minItems": 1}]}),
 ]
 Text = Annotated[str, PlainValidator(check_text), WithJsonSchema({"type": "string"})]
+Wanted = Annotated[
+    Accuracy,
+    PlainValidator(check_accuracy),
+    WithJsonSchema({"anyOf": [{"type": "string", "examples": ["0.05 px", "1e-9"]}, {"type": "number"}]}),
+]
 Medium = Annotated[Material, PlainValidator(check_index), WithJsonSchema(INDEX_SCHEMA)]

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from lenscl.config.build import COORDINATES, LENS_KEYS, NAME, is_catalogue_name
+from lenscl.config.build import BY_HAND, COORDINATES, LENS_KEYS, NAME, is_catalogue_name
 from lenscl.config.problems import as_plain, key_text, nearest, study_error
 from lenscl.config.tables import PLANNED_EFFECTS, SCENE_TABLES
 from lenscl.effects import EFFECTS
@@ -20,11 +20,14 @@ _COMPONENTS: dict[str, dict[str, int]] = {
 }
 _NEVER_SWEPT = ("lens.name", "picture.images")
 _DECIDING = (".surface", ".kind", ".corner", ".centre")
-# Writing the one key of a pair takes the other away
+# Writing a key takes those away that cannot stand beside it
 _RIVALS = {
-    f"{screen}.{key}": f"{screen}.{other}"
+    f"{screen}.{key}": (f"{screen}.{other}",)
     for screen in ("film", "picture")
     for key, other in (("corner", "centre"), ("centre", "corner"))
+} | {
+    "numerics.accuracy": tuple(f"numerics.{key}" for key in BY_HAND),
+    **{f"numerics.{key}": ("numerics.accuracy",) for key in BY_HAND},
 }
 
 
@@ -62,7 +65,7 @@ def places(document: dict[str, Any]) -> dict[str, Place]:
             )
             _add(found, prefix, lens, ["name", "surface", "bounds", *parameters, "centre", "stretch", "rotate", "n"])
     _add(found, "effects", document["effects"], [*EFFECTS, *(key for key in PLANNED_EFFECTS if key not in EFFECTS)])
-    _add(found, "numerics", document["numerics"], [*SCENE_TABLES["numerics"].model_fields, "accuracy"])
+    _add(found, "numerics", document["numerics"], list(SCENE_TABLES["numerics"].model_fields))
     return found
 
 
@@ -89,9 +92,9 @@ def whole_of(key: str) -> str | None:
     return whole if last in _COMPONENTS.get(whole.rpartition(".")[2], {}) else None
 
 
-def rival_of(key: str) -> str | None:
-    """Return the key that a screen may have in place of this one: `film.centre` for `film.corner.x`."""
-    return _RIVALS.get(whole_of(key) or key)
+def rivals_of(key: str) -> tuple[str, ...]:
+    """Return the keys that cannot stand beside this one: `film.centre` for `film.corner.x`."""
+    return _RIVALS.get(whole_of(key) or key, ())
 
 
 def overruled(keys: Collection[str], by: Collection[str]) -> set[str]:
@@ -100,7 +103,11 @@ def overruled(keys: Collection[str], by: Collection[str]) -> set[str]:
     Those are wholes of components that it sets, the reverse, and rivals; of defaults among themselves, components.
     """
     wholes = {whole_of(key) or key for key in by}
-    gone = {key for key in keys if key not in by and (key in wholes or whole_of(key) in by or rival_of(key) in wholes)}
+    gone = {
+        key
+        for key in keys
+        if key not in by and (key in wholes or whole_of(key) in by or not wholes.isdisjoint(rivals_of(key)))
+    }
     return gone | {key for key in keys if key not in by and whole_of(key) in keys and whole_of(key) not in gone}
 
 
@@ -143,9 +150,9 @@ def changed(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, A
         place, value = known[key], as_plain(changes[key])
         written[place.identity] = key
         if place.component is None:
-            rival = rival_of(key)
-            if rival is not None and rival not in wholes:  # with both set, the reader says that one is too many
-                place.table.pop(rival.rpartition(".")[2], None)
+            for rival in rivals_of(key):
+                if rival not in wholes:  # with both set, the reader says that one is too many
+                    place.table.pop(rival.rpartition(".")[2], None)
             _write(place.table, place.key, value)
             known = places(document) if key.endswith(_DECIDING) else known
         else:

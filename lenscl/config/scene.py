@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Generic, Literal, TypeVar, cast
 
+from lenscl.config.accuracy import Accuracy
 from lenscl.config.checks import Box, Vec3
 from lenscl.lenses import Surface
 from lenscl.materials import Material
@@ -148,8 +149,12 @@ class Lens:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Numerics:
-    """How accurately to compute; lengths in scene units, `tolerance` None for the precision's own default."""
+    """How accurately to compute; lengths in scene units, `tolerance` None for the precision's own default.
 
+    Where `accuracy` is given, the other keys but `max_events` are to be chosen by it and stand at their defaults.
+    """
+
+    accuracy: Accuracy | None
     method: str
     precision: Literal["single", "double", "mixed"]
     snell: Literal["exact", "paraxial"]
@@ -208,7 +213,6 @@ class Scene:
         picture["filter"] = self.picture.filter
         if self.picture.encoding is not None:
             picture["encoding"] = self.picture.encoding
-        numerics = self.numerics
         return {
             "source": source,
             "film": _screen_document(self.film),
@@ -216,14 +220,7 @@ class Scene:
             "medium": {"n": _written(self.medium)},
             "lens": [_lens_document(lens) for lens in self.lenses],
             "effects": dict(self.effects),
-            "numerics": {
-                "method": numerics.method,
-                "precision": numerics.precision,
-                "snell": numerics.snell,
-                "step": numerics.step,
-                **({} if numerics.tolerance is None else {"tolerance": numerics.tolerance}),
-                "max_events": numerics.max_events,
-            },
+            "numerics": _numerics_document(self.numerics),
         }
 
     def to_toml(self) -> str:
@@ -251,6 +248,19 @@ def _screen_document(screen: Film | Picture) -> dict[str, Any]:
         "down": list(screen.unscaled_down),
         "scale": screen.scale,
         "size": list(screen.size),
+    }
+
+
+def _numerics_document(numerics: Numerics) -> dict[str, Any]:
+    if numerics.accuracy is not None:
+        return {"accuracy": str(numerics.accuracy), "max_events": numerics.max_events}
+    return {
+        "method": numerics.method,
+        "precision": numerics.precision,
+        "snell": numerics.snell,
+        "step": numerics.step,
+        **({} if numerics.tolerance is None else {"tolerance": numerics.tolerance}),
+        "max_events": numerics.max_events,
     }
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from lenscl.config.build import read_scene, read_table, unknown_top_keys
-from lenscl.config.keys import places, rival_of, whole_of
+from lenscl.config.keys import places, rivals_of, whole_of
 from lenscl.config.load import parse_text, read_text
 from lenscl.config.problems import as_plain, file_text, key_text, short, study_error
 from lenscl.config.scene import Frozen, Scene
@@ -158,7 +158,7 @@ class Study:
                     sweep = sweep.hold(axis, value)
                 elif axis == whole_of(key):
                     problems.append(f"{key_text(key)}: cannot be set, because the axis {axis} varies the whole of it")
-                elif rival_of(key) == (whole_of(axis) or axis):
+                elif (whole_of(axis) or axis) in rivals_of(key):
                     problems.append(f"{key_text(key)}: cannot be set, because the axis {axis} stands in its place")
         if problems:
             raise study_error(problems)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from lenscl.config.axes import Values
-from lenscl.config.keys import Place, key_problem, never_swept, parameter_names, places, rival_of, whole_of
+from lenscl.config.keys import Place, key_problem, never_swept, parameter_names, places, rivals_of, whole_of
 from lenscl.config.problems import key_text
 from lenscl.config.scene import Scene
 from lenscl.config.sweep import Sweep
@@ -34,9 +34,9 @@ def check_keys(sweep: Sweep, scene: Scene, problems: list[str]) -> None:
             for part in parts_of.get(key, ()):
                 if part.identity in seen:
                     problems.append(f"{at}.{key_text(key)}: varies already in part, by {seen[part.identity]}")
-            rival = known.get(rival_of(key) or "")
-            if rival is not None and any(identity[:2] == rival.identity[:2] for identity in seen):
-                problems.append(f"{at}.{key_text(key)}: varies with {rival_of(key)} in its place; keep one of the two")
+            for rival in rivals_of(key):
+                if any(identity[:2] == known[rival].identity[:2] for identity in seen):
+                    problems.append(f"{at}.{key_text(key)}: varies with {rival} in its place; keep one of the two")
             seen[own.identity] = f"{at}.{key_text(key)}"
     for index, point in enumerate(sweep.include):
         for key in point:

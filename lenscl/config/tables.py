@@ -11,7 +11,19 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema
 
 from lenscl.config import checks
-from lenscl.config.checks import Bounds, Colour, Direction, Factor, Images, Medium, Size, Stretch, Text, Vector
+from lenscl.config.checks import (
+    Bounds,
+    Colour,
+    Direction,
+    Factor,
+    Images,
+    Medium,
+    Size,
+    Stretch,
+    Text,
+    Vector,
+    Wanted,
+)
 from lenscl.effects import EFFECTS
 from lenscl.materials import material
 from lenscl.methods import METHODS
@@ -107,8 +119,13 @@ class LensTable(Table):
 
 
 class NumericsTable(Table):
-    """How accurately to compute."""
+    """How accurately to compute: `accuracy`, or by hand."""
 
+    accuracy: Wanted | None = Field(
+        None,
+        description="How far off rays may land, for 99 % of those through a lens: pixels of the picture with px, else "
+        "scene units. Chooses the cheapest method, precision, snell, step and tolerance that meet it.",
+    )
     method: Annotated[str, *_words("auto", *METHODS)] = Field("auto", description="How the next surface is found.")
     precision: Annotated[str, *_words("single", "double", "mixed")] = Field(
         "double", description="Floating point numbers used; mixed: found in single, polished and bent in double."

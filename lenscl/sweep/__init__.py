@@ -15,7 +15,6 @@ from lenscl.sweep.plan import SweepPlan, plan_sweep
 from lenscl.sweep.rows import Row, cells, csv_line, csv_lines, header
 from lenscl.sweep.runner import run_sweep
 from lenscl.sweep.store import Store
-from lenscl.sweep.version import program_version
 
 __all__ = [
     "HardSpot",
@@ -31,7 +30,6 @@ __all__ = [
     "header",
     "paint_as_told",
     "plan_sweep",
-    "program_version",
     "refused_format",
     "run_sweep",
     "study_hard_spots",

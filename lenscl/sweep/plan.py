@@ -17,7 +17,7 @@ from lenscl.config import Point, Study
 from lenscl.errors import StudyError
 from lenscl.sweep.pictures import SourcePicture, as_text, survey
 from lenscl.sweep.store import Planned
-from lenscl.sweep.version import program_version
+from lenscl.version import program_version
 
 _INDEX_DIGITS = 5  # as many as max_points has by default: adding points to a study renames no output
 _STRUCTURAL = ("effects.", "numerics.")  # keys whose numbers, too, may change the kernel

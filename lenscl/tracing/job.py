@@ -236,6 +236,13 @@ def chosen_device(wanted: Device | str | None) -> Device:
 def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structure:
     """Return what a scene's kernel is made of on a device."""
     numerics = scene.numerics
+    if numerics.accuracy is not None:
+        raise StudyError(
+            [
+                "numerics.accuracy: what meets it is to be chosen before this; `lenscl.trace` does so, or set "
+                "numerics.method and numerics.precision"
+            ]
+        )
     if numerics.precision != "single" and not chosen.has_double:
         raise TraceError(
             f"numerics.precision: {chosen.label} has no double precision; "

@@ -198,8 +198,9 @@ RULES = [
     ("n = 1.5", "n = 1.5\n[numerics]\nmax_events = 256", "numerics.max_events: must lie from 1 to 255, got 256"),
     (
         "n = 1.5",
-        "n = 1.5\n[numerics]\naccuracy = '0.05 px'",
-        "numerics.accuracy: is not available in this version; set numerics.method and numerics.precision",
+        "n = 1.5\n[numerics]\naccuracy = '0.05 pixels'",
+        'numerics.accuracy: must be a positive length, such as "0.05 px" in pixels of the picture or "1e-9" in scene '
+        'units, got "0.05 pixels"',
     ),
     (
         "n = 1.5",
@@ -357,7 +358,7 @@ def test_every_method_can_be_asked_for(base, problems, method):
 def test_accuracy_beside_what_it_chooses_is_an_error_of_its_own(base, problems, key):
     found = problems(base + f"[numerics]\naccuracy = '0.05 px'\n{key}\n")
     name = key.split()[0]
-    assert f"numerics.accuracy: chooses {name} itself; give either accuracy or those" in found
+    assert found == (f"numerics.accuracy: chooses {name} itself; give either accuracy or those",)
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,9 @@ import pytest
 
 from lenscl.config import load_study
 from lenscl.errors import StudyError
-from lenscl.sweep import plan_sweep, program_version
+from lenscl.sweep import plan_sweep
 from lenscl.sweep.pictures import output_names, survey
+from lenscl.version import program_version
 
 
 def keys(study_path: Path, **changes: object) -> list[str]:
@@ -152,7 +153,7 @@ def test_a_picture_that_cannot_be_opened_is_noted_and_hinders_no_other(tmp_path:
 
 
 def test_the_program_is_named_by_its_sources(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from lenscl.sweep import version
+    from lenscl import version
 
     (tmp_path / "lenscl").mkdir()
     (tmp_path / "kernels").mkdir()

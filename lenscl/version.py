@@ -11,7 +11,7 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-_PACKAGE = Path(__file__).resolve().parent.parent
+_PACKAGE = Path(__file__).resolve().parent
 _KERNELS = (_PACKAGE / "kernels", _PACKAGE.parent / "kernels")  # in a wheel, in a checkout
 
 
