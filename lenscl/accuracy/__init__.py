@@ -7,11 +7,15 @@ and after, and to the device's `multiply_add_peak`; errors are against the float
 
 from __future__ import annotations
 
+from lenscl.accuracy.combination import Combination
 from lenscl.accuracy.compare import Change, Comparison, compare
 from lenscl.accuracy.error import Expected
+from lenscl.accuracy.front import Front, Tried, measure_front
+from lenscl.accuracy.front_table import circumstances, front_csv, front_rows, front_sentence
 from lenscl.accuracy.frozen import FrozenKernel
 from lenscl.accuracy.measurement import Circumstances, Error, Measurement, Quantiles, Run
 from lenscl.accuracy.peak import multiply_add_peak
+from lenscl.accuracy.pictures import largest_size
 from lenscl.accuracy.scenes import Row, plan, scene_files
 from lenscl.accuracy.store import Store
 from lenscl.accuracy.timing import ROUNDS, Bench, Timing
@@ -21,9 +25,11 @@ __all__ = [
     "Bench",
     "Change",
     "Circumstances",
+    "Combination",
     "Comparison",
     "Error",
     "Expected",
+    "Front",
     "FrozenKernel",
     "Measurement",
     "Quantiles",
@@ -31,7 +37,14 @@ __all__ = [
     "Run",
     "Store",
     "Timing",
+    "Tried",
+    "circumstances",
     "compare",
+    "front_csv",
+    "front_rows",
+    "front_sentence",
+    "largest_size",
+    "measure_front",
     "multiply_add_peak",
     "plan",
     "scene_files",

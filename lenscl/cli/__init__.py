@@ -18,6 +18,7 @@ from lenscl.cli.bench import bench
 from lenscl.cli.group import Group
 from lenscl.cli.look import check, kernel, schema
 from lenscl.cli.machine import devices, doctor, lenses
+from lenscl.cli.pareto import pareto
 from lenscl.cli.start import new
 from lenscl.cli.work import export, map_, render, sweep
 
@@ -61,5 +62,5 @@ def main() -> None:
     """
 
 
-for _command in (new, check, render, sweep, export, map_, kernel, bench, lenses, devices, doctor, schema):
+for _command in (new, check, render, sweep, export, map_, kernel, pareto, bench, lenses, devices, doctor, schema):
     main.add_command(_command)

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from lenscl.cli.group import json_option, many, plain
+from lenscl.cli.table import print_table, share
 
 if TYPE_CHECKING:
     from lenscl.accuracy import Comparison, Measurement, Run
@@ -100,7 +100,7 @@ def _print_run(run: Run) -> None:
         "scene", "method", "precision", "ns/ray", "median", "slots/ray", "steps", "x reference", "x march",
         "error median", "99 %", "largest", "floor", "differ", "undecided", "escalated",
     )  # fmt: skip
-    _print_table(head, [_cells(each, run.march_of(each)) for each in run.measurements])
+    print_table(head, [_cells(each, run.march_of(each)) for each in run.measurements], _NAMES)
     click.echo()
     for line in _circumstances(run):
         click.echo(plain(line))
@@ -121,7 +121,7 @@ def _cells(row: Measurement, march: Measurement | None) -> list[str]:
         f"{row.ratio:.3f} ({low:.3f}-{high:.3f})",
         "-" if march is None else f"{row.ratio / march.ratio:.3f}",
         *(f"{each:.1e}" for each in (error.pixels.median, error.pixels.high, error.pixels.largest, error.floor)),
-        *(_share(each) for each in (error.differ, row.undecided, row.escalated)),
+        *(share(each) for each in (error.differ, row.undecided, row.escalated)),
     ]
 
 
@@ -167,11 +167,11 @@ def _print_comparison(comparison: Comparison) -> None:
                 change.verdict,
                 "same" if change.is_same_kernel else "changed",
                 *(f"{each.error.pixels.high:.1e}" for each in (after, before)),
-                *(_share(each.undecided) for each in (after, before)),
+                *(share(each.undecided) for each in (after, before)),
             ]
         )
     if rows:
-        _print_table(head, rows)
+        print_table(head, rows, _NAMES)
         click.echo()
     hindered: dict[tuple[str, ...], list[str]] = {}
     for change in comparison.changes:
@@ -215,18 +215,3 @@ def _document(run: Run, base: str | None, comparison: Comparison | None) -> dict
     ]
     only = {"only_before": list(comparison.only_before), "only_after": list(comparison.only_after)}
     return document | {"comparison": {"base": base, "changes": changes, **only}}
-
-
-def _share(value: float) -> str:
-    return "0" if value == 0 else f"{100 * value:.2g} %"
-
-
-def _print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print columns as wide as they need; names to the left, figures to the right."""
-    widths = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
-    for row in (head, *rows):
-        cells = [
-            cell.ljust(width) if k < _NAMES else cell.rjust(width)
-            for k, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ]
-        click.echo("  ".join(cells).rstrip())

@@ -11,7 +11,7 @@ from __future__ import annotations
 from lenscl.imaging.encoding import Encoding, light_of
 from lenscl.imaging.maps import write_map
 from lenscl.imaging.paint import Filter, Painter, paint
-from lenscl.imaging.read import Picture, read_metadata, read_picture
+from lenscl.imaging.read import Picture, read_metadata, read_picture, read_size
 from lenscl.imaging.samples import SAMPLES, draw
 from lenscl.imaging.write import formats_of, write_image
 
@@ -27,6 +27,7 @@ __all__ = [
     "paint",
     "read_metadata",
     "read_picture",
+    "read_size",
     "write_image",
     "write_map",
 ]

@@ -23,6 +23,7 @@ from lenscl.imaging.library import LARGEST_MEGABYTES, LARGEST_SIDE, check_name, 
 # Not "double": OpenImageIO 3.2 returns unset memory for a strip of one row of a TIFF of doubles, and says nothing
 _DTYPE_OF = {"uint8": "uint8", "uint16": "uint16", "half": "float16", "float": "float32"}
 _COLOURS = ({"R", "G", "B"}, {"Y"}, {"I"})  # the names of colour channels that are understood
+_TURNED = (5, 6, 7, 8)  # orientations that swap rows and columns
 _CONVERT = "convert it to PNG, JPEG, TIFF or EXR with 1 to 4 channels (grey, grey and alpha, RGB, RGBA)"
 
 
@@ -102,6 +103,27 @@ def read_picture(path: str | PathLike[str]) -> Picture:
     pixels = np.ascontiguousarray(pixels)
     pixels.setflags(write=False)
     return Picture(pixels, _encoding(spec, pixels.dtype))
+
+
+def read_size(path: str | PathLike[str]) -> tuple[int, int]:
+    """Return the columns and rows that `read_picture` would, from the file's head alone.
+
+    Raises
+    ------
+    ImageError
+        If the file is no image.
+    """
+    file = Path(path)
+    _check_is_file(file)
+    source = oiio().ImageInput.open(str(file))
+    if source is None:
+        raise ImageError(f"{file}: is not a picture that can be read ({_first_line(oiio().geterror())}); {_CONVERT}")
+    try:
+        spec, is_exr = source.spec(), source.format_name() == "openexr"
+        size = (spec.full_width, spec.full_height) if is_exr else (spec.width, spec.height)
+        return size[::-1] if spec.getattribute("Orientation") in _TURNED else size
+    finally:
+        source.close()
 
 
 def read_metadata(path: str | PathLike[str]) -> dict[str, Any]:
@@ -201,7 +223,7 @@ def _in_display_window(file: Path, format_name: str, spec: Any, pixels: NDArray[
 def _upright(pixels: NDArray[Any], orientation: Any) -> NDArray[Any]:
     """Carry out the orientation of EXIF 2.32, table 6: 2 to 4 mirror and turn, 5 to 8 swap rows and columns first."""
     code = orientation if isinstance(orientation, int) else 1
-    if code in (5, 6, 7, 8):
+    if code in _TURNED:
         pixels = pixels.swapaxes(0, 1)
     if code in (2, 3, 6, 7):
         pixels = pixels[:, ::-1]
