@@ -7,7 +7,7 @@ reads. Structure is compiled, numbers are arguments: `specialise` alone draws th
 from __future__ import annotations
 
 from lenscl.codegen.assemble import kernel_source
-from lenscl.codegen.bands import has_twice
+from lenscl.codegen.bands import faces_of, has_twice
 from lenscl.codegen.fragments import VOCABULARY, Precision, carried, fragment, head
 from lenscl.codegen.layout import EMPTY, Layout, Slot
 from lenscl.codegen.source import KernelSource
@@ -22,6 +22,7 @@ __all__ = [
     "Slot",
     "Structure",
     "carried",
+    "faces_of",
     "fragment",
     "has_twice",
     "head",

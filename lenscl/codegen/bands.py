@@ -93,7 +93,13 @@ def _replaced(expr: Expr, symbols: Mapping[Expr, Expr]) -> Expr:
 
 def leaves_of(surface: Surface) -> tuple[Expr, ...]:
     """Return the smooth leaves of F, as search_interval.cl numbers them."""
-    return tuple(creased(surface.expression, _MOST_LEAVES)[1].values())
+    return faces_of(surface)[1]
+
+
+def faces_of(surface: Surface) -> tuple[Expr, tuple[Expr, ...]]:
+    """Return F as max and min of leaf_0, leaf_1, ..., and these leaves."""
+    joined, leaves = creased(surface.expression, _MOST_LEAVES)
+    return joined, tuple(leaves.values())
 
 
 def _taken_apart(surface: Surface) -> tuple[Expr, dict[str, Expr], dict[str, Expr]]:

@@ -35,12 +35,13 @@ _ARRAYS = {"map": _MAP, "legs": (*_MAP, ("origin", 3), ("direction", 3))}  # as 
 class Job:
     """A scene made ready for launches: its program, its numbers on the device, and the time spent."""
 
-    def __init__(self, scene: Scene, source: KernelSource, chosen: Device) -> None:
-        self.scene, self.source, self.device = scene, source, chosen
+    def __init__(self, scene: Scene, source: KernelSource, chosen: Device, kind: str = "trace") -> None:
+        self.scene, self.source, self.device, self.kind = scene, source, chosen, kind
+        self.max_events = scene.numerics.max_events
         self.dtype = _REALS[source.structure.carried]
         self._seconds, self._escalated = 0.0, 0
         self.searches, self.steps = 0, 0  # where the structure counts them
-        self._program = chosen.build(source.text)
+        self._program = chosen.build(source.text, kind=kind)
         self._numbers = chosen.upload(source.layout.pack(scene_numbers(scene, source), self.dtype))
         self._arrays = _ARRAYS[source.structure.ends]
         self._buffers: dict[str, Buffer] = {}
@@ -55,14 +56,18 @@ class Job:
         precision: str | None,
         wanted: Device | str | None,
         counts: bool = False,
+        kind: str = "trace",
     ) -> Job:
-        """Return the job of a scene, of rays and ends as `Structure` has them; method and precision replace its own."""
+        """Return the job of a scene, of rays and ends as `Structure` has them; method and precision replace its own.
+
+        Its programs are counted as of the `kind`.
+        """
         asked = {"numerics.method": method, "numerics.precision": precision}
         scene = scene.replace({key: value for key, value in asked.items() if value is not None})
         chosen = chosen_device(wanted)
         structure = replace(structure_of(scene, rays, ends, chosen), counts=counts)
         _check_steps(scene, structure)
-        return cls(scene, codegen.kernel_source(structure), chosen)
+        return cls(scene, codegen.kernel_source(structure), chosen, kind)
 
     def empty_ends(self, rays: int) -> dict[str, NDArray[Any]]:
         """Return arrays for the ends of so many rays, one row a ray."""
@@ -115,7 +120,7 @@ class Job:
 
     def _launch(self, tile: tuple[int, int, int, int], packets: int, inputs: Sequence[Any]) -> None:
         outputs = [self._buffers[name] for name, _ in self._arrays]
-        most = np.int32(self.scene.numerics.max_events)
+        most = np.int32(self.max_events)
         items = -(-packets // self.source.structure.run)
         counts = np.zeros((items, 2), np.uint32)  # searches and steps of a work-item
         counters = [self.device.upload(counts)] if self.source.structure.counts else []
@@ -153,7 +158,7 @@ class Job:
                 return None
             assert structure is not None
             structure = replace(structure, methods=methods_now)
-        return None if structure is None else Job(scene, codegen.kernel_source(structure), self.device)
+        return None if structure is None else Job(scene, codegen.kernel_source(structure), self.device, self.kind)
 
     def record(self) -> dict[str, Any]:
         """Return what a result says of how it was made."""
@@ -192,6 +197,13 @@ class _Parking:
 
 def traced_rays(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> RayPaths:
     """Return the paths of given rays: points and unit directions, shape (N, 3)."""
+    ends = given_ends(job, points, units)
+    job.decide(ends, lambda undecided: (points[undecided], units[undecided]))
+    return RayPaths(**shaped(ends, len(points)), **job.record())
+
+
+def given_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+    """Return the ends of given rays as they were traced first; what was left undecided is so still."""
     inside, on = locate(job.scene, points)
     ends = job.empty_ends(len(points))
     for first in range(0, len(points), _TILE_PIXELS):
@@ -199,8 +211,7 @@ def traced_rays(job: Job, points: NDArray[np.float64], units: NDArray[np.float64
         count = len(points[part])
         arrays = [points[part].astype(job.dtype), units[part].astype(job.dtype), inside[part], on[part]]
         job.run(ends, (0, first, count, count), first, [job.device.upload(job.padded(array)) for array in arrays])
-    job.decide(ends, lambda undecided: (points[undecided], units[undecided]))
-    return RayPaths(**shaped(ends, len(points)), **job.record())
+    return ends
 
 
 def methods_of(scene: Scene) -> tuple[Method, ...]:

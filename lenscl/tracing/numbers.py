@@ -15,7 +15,7 @@ from lenscl.tracing.placement import Placement
 from lenscl.tracing.start import locate
 
 # Scene units; where a polished root of `march` stops moving
-_TOLERANCE = {"single": 1e-6, "double": 1e-13, "mixed": 1e-13}
+TOLERANCE = {"single": 1e-6, "double": 1e-13, "mixed": 1e-13}
 
 
 def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]:
@@ -97,7 +97,7 @@ def _screen_corners(screen: Film | Picture) -> NDArray[np.float64]:
 
 def _method(scene: Scene, keys: tuple[str, ...]) -> dict[str, ArrayLike]:
     given = {key: getattr(scene.numerics, key) for key in keys}
-    usual = _TOLERANCE[scene.numerics.precision]
+    usual = TOLERANCE[scene.numerics.precision]
     return {key: usual if value is None else value for key, value in given.items()} or {EMPTY.name: 0.0}
 
 

@@ -1,0 +1,66 @@
+"""Follow a few rays surface by surface, as the device traces them: for what looks at whole paths, not at their ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lenscl.config import Scene
+from lenscl.device import Device
+from lenscl.tracing.job import Job, given_ends, unit_vectors
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ends:
+    """The ends of N rays: the last leg's origin and direction, shape (N, 3), status and events, shape (N,)."""
+
+    origin: Array = field(repr=False)
+    direction: Array = field(repr=False)
+    status: NDArray[np.uint8] = field(repr=False)
+    events: NDArray[np.uint8] = field(repr=False)
+
+
+class Follower:
+    """Traces given rays of one scene again and again, each time up to so many events.
+
+    The event limit is an argument of the kernel: a ray stopped after k events ends at its k-th surface point, with the
+    direction behind it. Rays left undecided are not traced again in a higher precision: every point that comes out is
+    of the precision asked for.
+
+    Parameters
+    ----------
+    scene : Scene
+        With its method and precision.
+    device : Device
+        Where to trace.
+    kind : str
+        What `lenscl.device.compile_count` counts its program as.
+    """
+
+    def __init__(self, scene: Scene, device: Device, kind: str = "follow") -> None:
+        self._job = Job.prepare(scene, "given", "legs", None, None, device, kind=kind)
+
+    @property
+    def dtype(self) -> type[np.floating[Any]]:
+        """The precision that rays are carried in."""
+        return self._job.dtype
+
+    def rounded(self, vectors: Array) -> Array:
+        """Return numbers as the kernel gets them."""
+        return vectors.astype(self.dtype).astype(np.float64)
+
+    def starts(self, points: Array, vectors: Array) -> tuple[Array, Array]:
+        """Return where rays start and their unit directions, shape (N, 3), as the kernel gets them."""
+        return self.rounded(points), self.rounded(unit_vectors(vectors))
+
+    def ends(self, points: Array, vectors: Array, max_events: int) -> Ends:
+        """Trace rays from points along vectors of any length, shape (N, 3), through at most so many surfaces."""
+        self._job.max_events = max_events
+        ends = given_ends(self._job, points, unit_vectors(vectors))
+        origin, direction = (ends[name].astype(np.float64) for name in ("origin", "direction"))
+        return Ends(origin, direction, ends["status"], ends["events"])
