@@ -3,6 +3,8 @@
 Input: rows, each a scene with a method and a precision. Output: a `Run` of `Measurement`s, which a `Store` keeps as
 JSON and `compare` holds against another. Times are the device's own, each next to the `FrozenKernel` run just before
 and after, and to the device's `multiply_add_peak`; errors are against the float64 twin (`Expected`).
+
+Without any reference, `check_map` holds a sample of a map's rays against the laws that every path obeys.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from __future__ import annotations
 from lenscl.accuracy.combination import Combination
 from lenscl.accuracy.compare import Change, Comparison, compare
 from lenscl.accuracy.error import Expected
+from lenscl.accuracy.findings import Failure, SelfCheck
 from lenscl.accuracy.front import Front, Tried, measure_front
 from lenscl.accuracy.front_table import circumstances, front_csv, front_rows, front_sentence
 from lenscl.accuracy.frozen import FrozenKernel
@@ -17,6 +20,7 @@ from lenscl.accuracy.measurement import Circumstances, Error, Measurement, Quant
 from lenscl.accuracy.peak import multiply_add_peak
 from lenscl.accuracy.pictures import largest_size
 from lenscl.accuracy.scenes import Row, plan, scene_files
+from lenscl.accuracy.selfcheck import check_map
 from lenscl.accuracy.store import Store
 from lenscl.accuracy.timing import ROUNDS, Bench, Timing
 
@@ -29,15 +33,18 @@ __all__ = [
     "Comparison",
     "Error",
     "Expected",
+    "Failure",
     "Front",
     "FrozenKernel",
     "Measurement",
     "Quantiles",
     "Row",
     "Run",
+    "SelfCheck",
     "Store",
     "Timing",
     "Tried",
+    "check_map",
     "circumstances",
     "compare",
     "front_csv",

@@ -1,0 +1,147 @@
+"""What self-checks found, as frozen values: of one ray map, or of all the points of a sweep."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Self
+
+LAWS = ("length", "surface", "snell", "return", "map")
+_EXPECTED = {
+    "length": "a unit direction",
+    "surface": "|F| = 0 at the point where the surface is met",
+    "snell": "a ray that bends by the scene's rule",
+    "return": "a ray that comes back the way it came",
+    "map": "the end that a ray through the pixel has when traced alone",
+}
+UNCHECKED = {  # what was left out, in words for people
+    "undecided": "left undecided",
+    "cut": "with more surfaces than are looked at",
+    "singular": "where rounding hides the surface or its normal",
+    "borderline": "within rounding of another path",
+    "lost": "where march may have lost a surface",
+}
+MOST_FAILURES = 8  # kept by a check
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failure:
+    """A law that a ray broke.
+
+    Attributes
+    ----------
+    row, column : int
+        The film pixel.
+    event : int
+        The surface, counted from 1 along the ray; 0 for the source or the whole path.
+    law : str
+        One of `LAWS`.
+    residual, bound : float
+        What was found and what rounding allows, in the law's own unit.
+    """
+
+    row: int
+    column: int
+    event: int
+    law: str
+    residual: float
+    bound: float
+
+    def __str__(self) -> str:
+        where = f" at surface {self.event}" if self.event else ""
+        return (
+            f"pixel ({self.row}, {self.column}){where}: expected {_EXPECTED[self.law]}, but the {self.law} check is "
+            f"{self.residual:.3g} off where rounding allows {self.bound:.3g}; try another `numerics.precision` or "
+            "`numerics.method`, hold it against `lenscl bench`, and report it if it stays"
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SelfCheck:
+    """What the checks of one ray map, or of several, found.
+
+    Attributes
+    ----------
+    rays : int
+        Sampled, all of which meet a lens.
+    surfaces : int
+        Surface points looked at.
+    returned : int
+        Legs along which a ray was sent back, with a result.
+    unchecked : mapping
+        How many could not be told, by why: rays "undecided" or "cut" short, surfaces that are "singular", legs that are
+        "borderline" or "lost".
+    worst : mapping
+        The largest residual of each law, as a multiple of its bound.
+    failed : int
+        Residuals beyond their bounds.
+    failures : tuple of Failure
+        The first few of them, one a ray.
+    error : str or None
+        Why nothing could be checked, if that is so.
+    """
+
+    rays: int = 0
+    surfaces: int = 0
+    returned: int = 0
+    unchecked: Mapping[str, int] = field(default_factory=dict)
+    worst: Mapping[str, float] = field(default_factory=dict)
+    failed: int = 0
+    failures: tuple[Failure, ...] = ()
+    error: str | None = None
+
+    def summary(self) -> str:
+        """Return one line for people."""
+        if self.error and not self.rays:
+            return f"self-checks: not made: {self.error}"
+        if not self.rays:
+            return "self-checks: no ray of the film meets a lens, so there is nothing to check"
+        worst = ", ".join(f"{law} {self.worst[law]:.2g}" for law in LAWS if law in self.worst)
+        left_out = ", ".join(f"{n} {UNCHECKED[why]}" for why, n in self.unchecked.items())
+        verdict = f"{self.failed} FAILED" if self.failed else "all hold"
+        return (
+            f"self-checks: {verdict}: {self.rays} rays, {self.surfaces} surfaces, {self.returned} legs followed back; "
+            f"worst in units of what rounding allows: {worst or 'none'}"
+            + (f"; not checked: {left_out}" if left_out else "")
+            + (f"; some not made: {self.error}" if self.error else "")
+        )
+
+    def warnings(self) -> Iterator[str]:
+        """Yield a sentence for each failure that is kept, led by its pixel, and one for a check that broke off."""
+        for failure in self.failures:
+            yield str(failure)
+        if self.error is not None:
+            yield f"the self-checks could not be made: {self.error}"
+
+    def as_json(self) -> dict[str, Any]:
+        """Return everything as plain data, for a table."""
+        return {
+            "rays": self.rays,
+            "surfaces": self.surfaces,
+            "returned": self.returned,
+            "unchecked": dict(self.unchecked),
+            "worst": dict(self.worst),
+            "failed": self.failed,
+            "failures": [asdict(failure) for failure in self.failures],
+            "error": self.error,
+        }
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Self:
+        """Return what `as_json` wrote down."""
+        return cls(**{**data, "failures": tuple(Failure(**failure) for failure in data["failures"])})
+
+    def __add__(self, other: SelfCheck) -> SelfCheck:
+        """Return both together; of failures the first few."""
+        laws = [law for law in LAWS if law in self.worst or law in other.worst]
+        return SelfCheck(
+            rays=self.rays + other.rays,
+            surfaces=self.surfaces + other.surfaces,
+            returned=self.returned + other.returned,
+            unchecked=dict(Counter(self.unchecked) + Counter(other.unchecked)),
+            worst={law: max(self.worst.get(law, 0.0), other.worst.get(law, 0.0)) for law in laws},
+            failed=self.failed + other.failed,
+            failures=(self.failures + other.failures)[:MOST_FAILURES],
+            error=self.error or other.error,
+        )

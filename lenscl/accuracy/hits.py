@@ -1,0 +1,187 @@
+"""What the surfaces of a scene are at the points where rays are said to have met them, and how exactly that is known.
+
+Everything is evaluated anew in float64, from the lens as the study states it, by the twin's placement. Bounds are for
+numbers of the precision that the rays were carried in: a point is known to its rounding, so F there is known to
+|grad F| times that and the rounding of F itself, and the normal to how far it turns within the point's rounding and to
+the rounding of its own gradient. A bound has a factor of `SAFETY` over what is counted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lenscl.codegen import faces_of
+from lenscl.config import Lens, Scene
+from lenscl.expr import Expr, evaluate, evaluate_with_error, gradient
+from lenscl.reference import Placement
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+SAFETY = 3.0  # for constants that are not counted one by one: OpenCL's 2.5 ulp division, the rounding of parameters
+_NEAR = 4.0  # bounds: a face whose value is within so many is one the point may lie on
+_MOST_TURN = 0.05  # radians: a normal known no better than that says nothing of how a ray bends
+_MOST_MOVED = 0.01  # of the lens's extent on any axis: a point known no better than that says nothing of F
+_DOUBLE = float(np.finfo(np.float64).eps)
+_MOVES = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tolerance:
+    """How far from a surface a search may leave a point, besides rounding: a length, and a part of the lens's size."""
+
+    length: float = 0.0
+    share: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Hits:
+    """Surface points of rays; arrays of N points, those of faces of M faces a point, the faces of any lens.
+
+    Attributes
+    ----------
+    value, bound : float64 array, shape (N,)
+        |F|, and how large it may be.
+    index : float64 array, shape (N,)
+        Refractive index of the lens met.
+    size : float64 array, shape (N,)
+        The way through its box, scene units.
+    place : float64 array, shape (N,)
+        How exactly the point is known, scene units.
+    normal : float64 array, shape (N, M, 3)
+        Unit, outward, of each face that the point may lie on.
+    turn : float64 array, shape (N, M)
+        How far that normal may be turned, radians; infinite for faces that the point does not lie on, and for
+        all where one that it may lie on has no normal that is known well enough.
+    swing : float64 array, shape (N, M)
+        How far it turns within the search's tolerance, radians: a point found from elsewhere may lie so far off.
+    """
+
+    value: Array = field(repr=False)
+    bound: Array = field(repr=False)
+    index: Array = field(repr=False)
+    size: Array = field(repr=False)
+    place: Array = field(repr=False)
+    normal: Array = field(repr=False)
+    turn: Array = field(repr=False)
+    swing: Array = field(repr=False)
+
+
+def hits_of(scene: Scene, points: Array, eps: float, tolerance: Tolerance) -> Hits:
+    """Return what the lenses of a scene are at points, shape (N, 3), each of them taken to be on one lens's surface.
+
+    Parameters
+    ----------
+    scene : Scene
+    points : float64 array, shape (N, 3)
+        World, scene units.
+    eps : float
+        Of the precision that the rays were carried in.
+    tolerance : Tolerance
+        What the search leaves besides rounding.
+    """
+    lenses = [_Placed(lens, eps, tolerance) for lens in scene.lenses]
+    faces = max(len(lens.leaves) for lens in lenses)
+    n = len(points)
+    found = Hits(
+        value=np.full(n, np.inf), bound=np.zeros(n), index=np.ones(n), size=np.zeros(n), place=np.zeros(n),
+        normal=np.zeros((n, faces, 3)), turn=np.full((n, faces), np.inf), swing=np.zeros((n, faces)),
+    )  # fmt: skip
+    nearest = np.full(n, np.inf)
+    for lens in lenses:
+        # A point belongs to the lens of whose surface it is nearest in terms of bounds, among those in whose box it is
+        at = np.arange(n) if len(lenses) == 1 else np.flatnonzero(lens.may_hold(points))
+        if not at.size:
+            continue
+        here = lens.hits(points[at])
+        with np.errstate(invalid="ignore", divide="ignore"):
+            ratio = np.nan_to_num(here.value / here.bound, nan=0.0, posinf=np.finfo(float).max)
+        nearer = ratio < nearest[at]
+        chosen = at[nearer]
+        nearest[chosen] = ratio[nearer]
+        for name in ("value", "bound", "index", "size", "place"):
+            getattr(found, name)[chosen] = getattr(here, name)[nearer]
+        count = here.turn.shape[1]
+        found.normal[chosen, :count], found.turn[chosen, :count] = here.normal[nearer], here.turn[nearer]
+        found.swing[chosen, :count], found.turn[chosen, count:] = here.swing[nearer], np.inf
+    return found
+
+
+class _Placed:
+    """One lens of a scene, and its faces."""
+
+    def __init__(self, lens: Lens, eps: float, tolerance: Tolerance) -> None:
+        self.lens, self.eps = lens, eps
+        self.placement = Placement.of(lens)
+        self.to_local = np.abs(self.placement.vector_to_local(np.eye(3)).T)
+        self.to_world = np.abs((self.placement.point_to_world(np.eye(3)) - self.placement.centre).T)
+        self.box = np.array(lens.surface.box(lens.values), dtype=np.float64)
+        self.reach = np.abs(self.box).max(axis=0)
+        self.size = float(np.linalg.norm(self.to_world @ (self.box[1] - self.box[0])))
+        self.tolerance = tolerance.length + tolerance.share * self.size
+        dtype = np.float32 if eps > _DOUBLE else np.float64
+        self.values = {name: float(dtype(value)) for name, value in lens.values.items()}  # as the kernel has them
+        self.joined, self.leaves = faces_of(lens.surface)
+
+    def may_hold(self, points: Array) -> Mask:
+        local = self.placement.point_to_local(points)
+        slack = SAFETY * self._rounding(points) + 0.01 * (self.box[1] - self.box[0])
+        inside: Mask = np.all((local >= self.box[0] - slack) & (local <= self.box[1] + slack), axis=1)
+        return inside
+
+    def _rounding(self, points: Array) -> Array:
+        """Return how far points are moved on each local axis by a rounding of each number on their way; (N, 3)."""
+        world = np.abs(points) + np.abs(self.placement.centre) + self.to_world @ self.reach
+        moved: Array = self.eps * (world @ self.to_local.T)
+        return moved
+
+    def hits(self, points: Array) -> Hits:
+        local = self.placement.point_to_local(points)
+        moved = self._rounding(points)
+        beside = local[None] + _MOVES[:, None] * moved[None]  # the points, and beside them on each axis, both ways
+        faces = [self._face(leaf, local, beside, moved) for leaf in self.leaves]
+        value, bound, normal, turn, swing = (np.stack(part, axis=1) for part in zip(*faces, strict=True))
+
+        # The point lies on the face that F shows, or on another one whose value is as near to zero
+        whole = evaluate(self.joined, {f"leaf_{i}": value[:, i] for i in range(len(self.leaves))})
+        near = np.isfinite(bound) & (np.abs(value) <= _NEAR * bound)
+        counts = near | (value == whole[:, None])
+        vague = (counts & ~(turn < _MOST_TURN)).any(axis=1)[:, None]
+        known = moved + self.tolerance * np.linalg.norm(self.to_local, axis=1)
+        lost = (known > _MOST_MOVED * (self.box[1] - self.box[0])).any(axis=1)
+        return Hits(
+            value=np.abs(whole),
+            bound=np.where(lost, np.inf, np.where(counts, bound, 0.0).max(axis=1)),
+            index=np.full(len(points), self.lens.n),
+            size=np.full(len(points), self.size),
+            place=np.linalg.norm(SAFETY * moved @ self.to_world.T, axis=1) + self.tolerance,
+            normal=normal,
+            turn=np.where(counts & ~vague & ~lost[:, None], turn, np.inf),
+            swing=swing,
+        )
+
+    def _face(self, leaf: Expr, local: Array, beside: Array, moved: Array) -> tuple[Array, ...]:
+        """Return value, its bound, the unit normal, how far it may be turned, and how far it turns within tolerance."""
+        at = {**self.values, **dict(zip("xyz", local.T, strict=True))}
+        about = {**self.values, **dict(zip("xyz", np.moveaxis(beside, -1, 0), strict=True))}
+        slopes = gradient(leaf)
+        grow = self.eps / _DOUBLE  # rounding errors are in proportion to the unit roundoff, to first order
+        with np.errstate(all="ignore"):
+            value, noise = evaluate_with_error(leaf, at)
+            noises = np.stack([grow * evaluate_with_error(slope, at)[1] for slope in slopes], axis=-1)
+            g = np.stack([evaluate(slope, about) for slope in slopes], axis=-1)
+            along = np.linalg.norm(self.placement.normal_to_world(g), axis=-1)
+            bound = SAFETY * (grow * noise + np.sum(np.abs(g[0]) * moved, axis=-1)) + along[0] * self.tolerance
+            normals = self.placement.normal_to_world(g) / along[..., None]
+            turned = np.linalg.norm(normals[1:] - normals[0], axis=-1).sum(axis=0)
+            rounded = (noises + 4.0 * self.eps * np.abs(g[0])) @ self.to_local / along[0][..., None]
+            strides = self.tolerance * np.linalg.norm(self.to_local, axis=1) / moved
+            swing = SAFETY * turned * strides.max(axis=-1)
+            turn = SAFETY * (turned + np.linalg.norm(rounded, axis=-1) + self.eps)
+        known = np.isfinite(turn) & np.isfinite(normals[0]).all(axis=-1)
+        bound = np.where(np.isfinite(bound), bound, np.inf)
+        normal = np.where(known[:, None], normals[0], 0.0)
+        return value, bound, normal, np.where(known, turn, np.inf), np.where(known, swing, 0.0)

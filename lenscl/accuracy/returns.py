@@ -1,0 +1,139 @@
+"""Send rays back along the legs of their paths: each must come back through the surface it came from.
+
+A path is reversed surface by surface. From near the far end of every leg a ray goes back, must meet the leg's own
+surface first, at the leg's start, and leave it along the leg before, reversed; for the first surface that is the line
+through the source, or along the parallel light. Together they are the whole way back; apart, each is as well
+conditioned as its own surface, and a rounding of one surface is not magnified by the next.
+
+What it starts in is found anew from F, so a path that lost count of inside and outside does not come back.
+
+How exact a return can be is asked of the device: the same ray, displaced and turned by a few roundings in four ways,
+shows how far such a rounding carries. Where the displaced ones meet other surfaces nobody can tell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lenscl.config import Scene
+from lenscl.status import RayStatus
+from lenscl.tracing import Ends, Follower, locate
+
+Array = NDArray[np.float64]
+_ALONG = 0.875  # of a leg: where the way back starts. Not at its end, which is on a surface to its rounding only
+_BEYOND = 0.5  # of the lens's size, where the leg is the last
+_ROUNDINGS = 8.0  # by which the displaced rays are
+_TOLERATED = 4.0  # spreads
+_SPLIT = 1e-2  # of the lens's size: rays that come so far apart met other surfaces
+
+
+class Return(IntEnum):
+    """What became of a ray that was sent back."""
+
+    CAME = 0  # back, or not: residual and bound say it
+    UNDECIDED = 1  # within rounding of another path
+    LOST = 2  # to another surface point, where `march` may have lost one on either way
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Returned:
+    """Ways back; arrays of N."""
+
+    residual: Array = field(repr=False)
+    bound: Array = field(repr=False)
+    kind: NDArray[np.uint8] = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Leg:
+    """Legs that start at surface points; arrays of N.
+
+    Attributes
+    ----------
+    before, at, along : float64 array, shape (N, 3)
+        The direction before the surface point, the point, and the direction behind it.
+    end : float64 array, shape (N, 3)
+        The next surface point; no number where the leg is the last.
+    size, place : float64 array, shape (N,)
+        As in `Hits`, of the start's lens.
+    slack : float64 array, shape (N,)
+        How far `before` may be off by what is known of the normal.
+    """
+
+    before: Array = field(repr=False)
+    at: Array = field(repr=False)
+    along: Array = field(repr=False)
+    end: Array = field(repr=False)
+    size: Array = field(repr=False)
+    place: Array = field(repr=False)
+    slack: Array = field(repr=False)
+
+
+def sent_back(follower: Follower, scene: Scene, legs: Leg, eps: float, *, may_lose: bool) -> Returned:
+    """Send one ray back along each leg.
+
+    Parameters
+    ----------
+    follower : Follower
+    scene : Scene
+    legs : Leg
+    eps : float
+        Of the precision that rays are carried in.
+    may_lose : bool
+        Whether the search may pass over surfaces.
+    """
+    start = np.where(
+        np.isnan(legs.end),
+        legs.at + (_BEYOND * legs.size)[:, None] * legs.along,
+        legs.at + _ALONG * (legs.end - legs.at),
+    )
+    reach = np.linalg.norm(start, axis=1) + np.linalg.norm(legs.at, axis=1) + legs.size
+    aside, turned = _ROUNDINGS * eps * reach, _ROUNDINGS * eps
+    u, v = _across(legs.along)
+    starts, directions = [start], [-legs.along]
+    for sign in (1.0, -1.0):
+        for one, other in ((u, v), (v, u)):
+            starts.append(start + sign * aside[:, None] * one)
+            directions.append(-legs.along + sign * turned * other)
+    every = follower.rounded(np.concatenate(starts))
+    n, ways = len(start), len(starts)
+    back = follower.ends(every, np.concatenate(directions), 1)
+    met = back.events.reshape(ways, n) > 0
+    on = (locate(scene, every)[1] >= 0).reshape(ways, n).any(axis=0)
+    place, direction = (array.reshape(ways, n, 3) for array in (back.origin, back.direction))
+
+    # Compare with where and how the leg started
+    residuals = np.linalg.norm(place[0] - legs.at, axis=1), np.linalg.norm(direction[0] + legs.before, axis=1)
+    spreads = tuple(np.linalg.norm(each[1:] - each[0], axis=2).max(axis=0) for each in (place, direction))
+    bounds = _TOLERATED * spreads[0] + legs.place, _TOLERATED * spreads[1] + legs.slack
+    with np.errstate(invalid="ignore"):
+        ratios = np.stack([residuals[0] / bounds[0], residuals[1] / bounds[1]])
+    worst = np.argmax(ratios, axis=0)
+    residual, bound = (np.stack(each)[worst, np.arange(n)] for each in (residuals, bounds))
+    residual = np.where(met[0], residual, legs.size)  # it met no surface: so far off, or farther
+    bound = np.where(met[0], bound, legs.place)
+
+    comes = met[0] & (residual <= bound)
+    splits = (met != met[0]).any(axis=0) | (spreads[0] > _SPLIT * legs.size) | _is_undecided(back, met).any(axis=0)
+    undecided = on | (splits & ~(comes & (spreads[0] <= _SPLIT * legs.size)))
+    elsewhere = ~met[0] | (residuals[0] > bounds[0])
+    lost = elsewhere & ~undecided if may_lose else np.zeros_like(elsewhere)
+    kind = np.where(undecided, Return.UNDECIDED, np.where(lost, Return.LOST, Return.CAME)).astype(np.uint8)
+    return Returned(residual=residual, bound=bound, kind=kind)
+
+
+def _is_undecided(back: Ends, met: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    undecided: NDArray[np.bool_] = (back.status.reshape(met.shape) == RayStatus.UNDECIDED) & ~met
+    return undecided
+
+
+def _across(direction: Array) -> tuple[Array, Array]:
+    """Return two unit vectors across each direction and each other."""
+    axis = np.eye(3)[np.argmin(np.abs(direction), axis=1)]
+    u = np.cross(direction, axis)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    return u, np.cross(direction, u)
