@@ -45,6 +45,7 @@ class Row:
     paint_seconds: float | None = None
     write_seconds: float | None = None
     error: str | None = None
+    checks: Mapping[str, Any] | None = None  # what the self-checks of its point's trace found, as `SelfCheck.as_json`
     kept: bool = False  # made by an earlier run
 
     @property

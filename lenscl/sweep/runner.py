@@ -23,6 +23,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from lenscl.accuracy import SelfCheck, check_map
 from lenscl.config import Point
 from lenscl.device import Device, choose
 from lenscl.errors import LensclError, NoDeviceError
@@ -102,6 +103,7 @@ class _Painted:
     """An image on its way to disk."""
 
     raymap: RayMap
+    checks: SelfCheck
     paint_seconds: float
     written: Future[tuple[float, Stamp]]
 
@@ -119,7 +121,7 @@ class _Runner:
         # What is settled or on its way, in work order: kept from before, painted, or the text of a failure
         self._line: deque[tuple[Row, _Painted | str | None]] = deque()
         self._point: int | None = None  # the one at hand, and what its trace yielded or why it failed
-        self._traced: tuple[RayMap, Painter] | str = ""
+        self._traced: tuple[RayMap, Painter, SelfCheck] | str = ""
 
     def rows(self) -> Iterator[Row]:
         """Work through the list; see `run_sweep`."""
@@ -150,7 +152,7 @@ class _Runner:
             traced = self._trace(task.point)
             if isinstance(traced, str):
                 return traced
-            raymap, painter = traced
+            raymap, painter, checks = traced
             start = time.perf_counter()
             painted, encoding = paint_as_told(painter, picture, task.point.scene, image_format)
             seconds = time.perf_counter() - start
@@ -160,14 +162,14 @@ class _Runner:
             return _reason(error)
         path = self.plan.out / task.row.output
         metadata = self.plan.metadata(task.point, self.plan.pictures[task.picture])
-        return _Painted(raymap, seconds, self.encoders.submit(_write, path, painted, metadata, encoding))
+        return _Painted(raymap, checks, seconds, self.encoders.submit(_write, path, painted, metadata, encoding))
 
-    def _trace(self, point: Point) -> tuple[RayMap, Painter] | str:
+    def _trace(self, point: Point) -> tuple[RayMap, Painter, SelfCheck] | str:
         if self._point != point.index:
             self._point, self._traced = point.index, ""  # let go of the last map before the next one is made
             try:
                 raymap = trace(point.scene, device=self.device)
-                self._traced = raymap, Painter(raymap)
+                self._traced = raymap, Painter(raymap), _checked(raymap)
             except NoDeviceError:
                 raise
             except Exception as error:  # one bad point fails alone
@@ -204,7 +206,16 @@ class _Runner:
             stamp=stamp,
             device=raymap.device.label,
             kernel=raymap.kernel.key,
+            checks=outcome.checks.as_json(),
         )
+
+
+def _checked(raymap: RayMap) -> SelfCheck:
+    """Check a map by itself; whatever comes of it, the map is painted."""
+    try:
+        return check_map(raymap)
+    except Exception as error:
+        return SelfCheck(error=_reason(error))
 
 
 def _write(path: Path, pixels: NDArray[Any], metadata: dict[str, Any], encoding: Encoding) -> tuple[float, Stamp]:

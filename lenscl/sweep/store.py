@@ -27,7 +27,7 @@ from lenscl.sweep.errors import ForeignTableError, SweepError, explained
 from lenscl.sweep.rows import Row
 
 STORE_NAME = "sweep.sqlite"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 _APPLICATION_ID = 0x6C656E73  # "lens"
 
 _SCHEMA = f"""
@@ -44,7 +44,8 @@ CREATE TABLE run (
     trace_seconds REAL, paint_seconds REAL, write_seconds REAL,
     size INTEGER, changed_ns INTEGER, digest TEXT,  -- of the output as written
     device TEXT, kernel TEXT,    -- what traced it
-    error TEXT
+    error TEXT,
+    checks TEXT                  -- JSON, what the self-checks of its point's trace found
 );
 CREATE INDEX run_of_point ON run (point, position);
 PRAGMA application_id = {_APPLICATION_ID};
@@ -54,6 +55,7 @@ PRAGMA user_version = {SCHEMA_VERSION};
 # A planned run keeps what is known of it if it was done under the same key; otherwise it is pending, and blank
 _RESULTS = (
     "counts", "trace_seconds", "paint_seconds", "write_seconds", "size", "changed_ns", "digest", "device", "kernel",
+    "checks",
 )  # fmt: skip
 _IS_KEPT = "run.key = excluded.key AND run.state = 'done'"
 _PLAN = f"""
@@ -65,7 +67,9 @@ ON CONFLICT (output) DO UPDATE SET
     {", ".join(f"{name} = CASE WHEN {_IS_KEPT} THEN run.{name} END" for name in _RESULTS)}
 """
 _RESET = f"UPDATE run SET {', '.join(f'{name} = NULL' for name in _RESULTS)}, state = ?, error = ? WHERE output = ?"
-_ROW_COLUMNS = "output, point, parameters, picture, state, counts, trace_seconds, paint_seconds, write_seconds, error"
+_ROW_COLUMNS = (
+    "output, point, parameters, picture, state, counts, trace_seconds, paint_seconds, write_seconds, error, checks"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,14 +198,16 @@ class Store:
         return None
 
     def finish(self, output: str, *, counts: Mapping[RayStatus, int], seconds: tuple[float, float, float],
-               stamp: Stamp, device: str, kernel: str) -> None:  # fmt: skip
+               stamp: Stamp, device: str, kernel: str, checks: Mapping[str, Any] | None = None) -> None:  # fmt: skip
         """Note that an output was made; `seconds` are those of its trace, paint and write."""
         with self._transaction() as execute:
             execute.execute(
                 "UPDATE run SET state = 'done', counts = ?, trace_seconds = ?, paint_seconds = ?, write_seconds = ?, "
-                "size = ?, changed_ns = ?, digest = ?, device = ?, kernel = ?, error = NULL WHERE output = ?",
+                "size = ?, changed_ns = ?, digest = ?, device = ?, kernel = ?, checks = ?, error = NULL "
+                "WHERE output = ?",
                 (_json({status.name.lower(): int(n) for status, n in counts.items()}), *seconds,
-                 stamp.size, stamp.changed_ns, stamp.digest, device, kernel, output),
+                 stamp.size, stamp.changed_ns, stamp.digest, device, kernel,
+                 None if checks is None else _json(checks), output),
             )  # fmt: skip
 
     def fail(self, output: str, error: str) -> None:
@@ -257,7 +263,7 @@ class Store:
 
 def _row(output: str, point: int, parameters: str, picture: str, state: Any, counts: str | None,
          trace_seconds: float | None, paint_seconds: float | None, write_seconds: float | None,
-         error: str | None) -> Row:  # fmt: skip
+         error: str | None, checks: str | None) -> Row:  # fmt: skip
     return Row(
         output=output,
         index=point,
@@ -269,6 +275,7 @@ def _row(output: str, point: int, parameters: str, picture: str, state: Any, cou
         paint_seconds=paint_seconds,
         write_seconds=write_seconds,
         error=error,
+        checks=None if checks is None else json.loads(checks),
     )
 
 

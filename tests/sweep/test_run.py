@@ -12,14 +12,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lenscl.accuracy import Failure, SelfCheck
 from lenscl.config import load_study
 from lenscl.device import compile_count
+from lenscl.errors import TraceError
 from lenscl.imaging import read_picture, write_image
 from lenscl.imaging.encoding import encode
 from lenscl.status import RayStatus
 from lenscl.sweep import Row, Store, SweepError, csv_lines, plan_sweep, run_sweep, runner
 from lenscl.sweep.rows import COUNT_COLUMNS
 from lenscl.sweep.store import STORE_NAME
+from lenscl.tracing import RayMap
 
 Outputs = Callable[[Path], dict[str, bytes]]
 
@@ -362,3 +365,42 @@ def test_another_studys_images_are_not_replaced_unasked(study_path: Path, output
     assert [row.state for row in sweep(moved, out)] == ["done"] * 12
     assert outputs(out) != before
     assert not any(row.kept for row in sweep(other, out, fresh=True))
+
+
+def test_each_point_is_checked_once_and_every_row_of_it_keeps_what_was_found(
+    study_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checked = []
+    real = runner.check_map
+    monkeypatch.setattr(runner, "check_map", lambda raymap: checked.append(raymap) or real(raymap))
+    before = compile_count("check")
+    rows = sweep(study_path, study_path.parent / "out")
+    assert len(checked) == 4
+    assert compile_count("check") - before <= 1
+    for row in rows:
+        found = SelfCheck.from_json(row.checks)
+        assert (found.failed, found.error) == (0, None)
+        assert found.returned == found.surfaces >= 20
+        assert found.as_json() == real(checked[row.index]).as_json()
+    kept = sweep(study_path, study_path.parent / "out")
+    assert [row.checks for row in kept] == [row.checks for row in rows]
+    assert "checks" not in next(csv_lines(rows, ["lens.c", "lens.n"]))  # the table's columns are a contract
+
+
+@pytest.mark.parametrize("error", [TraceError("the device went away"), ZeroDivisionError("a bug")])
+def test_checks_that_fail_or_break_off_fail_no_row(
+    error: Exception, study_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    failure = Failure(row=1, column=2, event=1, law="snell", residual=1.0, bound=0.1)
+
+    def found(raymap: RayMap) -> SelfCheck:
+        if raymap.scene.n_medium == 1.0 and raymap.scene.lenses[0].n == 1.3:
+            raise error
+        return SelfCheck(rays=1, surfaces=2, failed=1, failures=(failure,))
+
+    monkeypatch.setattr(runner, "check_map", found)
+    rows = sweep(study_path, study_path.parent / "out")
+    assert {row.state for row in rows} == {"done"}
+    assert [row.checks["failed"] for row in rows] == [0, 0, 0, 1, 1, 1] * 2
+    assert str(error) in rows[0].checks["error"]
+    assert SelfCheck.from_json(rows[3].checks).failures == (failure,)

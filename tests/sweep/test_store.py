@@ -67,6 +67,18 @@ def test_planning_again_keeps_what_is_done_and_retries_what_failed(tmp_path: Pat
     assert states(tmp_path, runs) == ["done", "done", "pending"]
 
 
+def test_what_checks_found_is_kept_and_may_be_missing(tmp_path: Path) -> None:
+    carry_out(tmp_path, planned(0, 1))
+    found = {"rays": 3, "worst": {"snell": 0.1}}
+    with Store.writing(tmp_path) as store:
+        stamp = Stamp.of(tmp_path / "1-cat.png")
+        store.finish("1-cat.png", counts=COUNTS, seconds=(1.0, 2.0, 4.0), stamp=stamp, device="d", kernel="k",
+                     checks=found)  # fmt: skip
+        assert [row.checks for row in store.rows()] == [None, found]
+        store.plan([*planned(0), planned(0, 1, key="other")[1]], ABOUT)
+        assert [row.checks for row in store.rows()] == [None, None]
+
+
 def test_another_key_makes_a_run_pending_and_forgets_its_results(tmp_path: Path) -> None:
     carry_out(tmp_path, planned(0, 1))
     with Store.writing(tmp_path) as store:
