@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
     from lenscl.config import Study
     from lenscl.status import RayStatus
-    from lenscl.sweep import SweepPlan
+    from lenscl.sweep import Row, SweepPlan
+    from lenscl.tracing import RayMap
 
 _MOST_NAMED = 10  # failures named one by one in a summary
 
@@ -105,6 +106,7 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path) -> None:
     raymap = trace(open_study(study_path, overrides).scene)
     write_map(output, raymap)
     click.echo(plain(f"{output}: {_counted(raymap.counts())}"), err=True)
+    _check(raymap)
 
 
 @click.command()
@@ -178,6 +180,7 @@ def _run(plan: SweepPlan, fresh: bool) -> None:
     axes = plan.study.axes
     made = kept = 0
     failed: list[str] = []
+    checks = _PointChecks()
     with (
         Interrupt() as interrupt,
         Progress(plan.run_count) as progress,
@@ -188,6 +191,7 @@ def _run(plan: SweepPlan, fresh: bool) -> None:
         for row in chain([first] if first else [], rows):
             click.echo(csv_line(cells(row, axes, plan.out)))
             progress.advance(row)
+            checks.add(row)
             if row.state == "failed":
                 failed.append(f"{row.output}: {row.error}")
             elif row.kept:
@@ -201,6 +205,7 @@ def _run(plan: SweepPlan, fresh: bool) -> None:
     if len(failed) > _MOST_NAMED:
         rest = len(failed) - _MOST_NAMED
         click.echo(f"... and {rest} more; `lenscl export {plan.out} --csv` lists all", err=True)
+    checks.print()
     with Store.reading(plan.out) as store:
         if left_over := store.left_over():
             click.echo(
@@ -212,6 +217,40 @@ def _run(plan: SweepPlan, fresh: bool) -> None:
         raise SystemExit(INTERRUPTED)
     if failed:
         raise SystemExit(SOME_FAILED)
+
+
+class _PointChecks:
+    """What the self-checks of a sweep's points found, taken from its rows as they come, point by point."""
+
+    def __init__(self) -> None:
+        from lenscl.accuracy import SelfCheck
+
+        self._total, self._made = SelfCheck(), SelfCheck.from_json
+        self._point: int | None = None  # whose checks were taken last
+        self._warnings: list[str] = []
+        self._further = 0
+
+    def add(self, row: Row) -> None:
+        """Take those of a row, unless another picture of its point had them."""
+        if row.checks is None or row.index == self._point:
+            return
+        self._point, found = row.index, self._made(row.checks)
+        self._total += found
+        for text in found.warnings():
+            if len(self._warnings) < _MOST_NAMED:
+                self._warnings.append(f"warning: point {row.index}, {text}")
+            else:
+                self._further += 1
+
+    def print(self) -> None:
+        """Print one line for all points, and the first warnings."""
+        if self._point is None:
+            return
+        click.echo(plain(self._total.summary()), err=True)
+        for text in self._warnings:
+            click.echo(plain(text), err=True)
+        if self._further:
+            click.echo(f"... and {many(self._further, 'more warning')} of self-checks", err=True)
 
 
 def _counted(counts: Mapping[RayStatus, int]) -> str:
@@ -235,3 +274,18 @@ def _render(study: Study, image: Path, output: Path) -> None:
     }
     write_image(output, painted, metadata=metadata, encoding=encoding)
     click.echo(plain(f"{output}: {_counted(raymap.counts())}"), err=True)
+    _check(raymap)
+
+
+def _check(raymap: RayMap) -> None:
+    """Print what the map's self-checks found; the result stands, whatever they find."""
+    from lenscl.accuracy import SelfCheck, check_map
+    from lenscl.errors import LensclError
+
+    try:
+        checks = check_map(raymap)
+    except LensclError as error:
+        checks = SelfCheck(error=" ".join(str(error).split()))
+    click.echo(plain(checks.summary()), err=True)
+    for text in checks.warnings():
+        click.echo(plain(f"warning: {text}"), err=True)

@@ -15,7 +15,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lenscl import accuracy
+from lenscl.accuracy import Failure, SelfCheck
+from lenscl.errors import BuildError
 from lenscl.imaging import read_picture, write_image
+from lenscl.sweep import Store, runner
 
 AXES = ["lens.r", "lens.n"]
 
@@ -277,3 +281,69 @@ def test_new_refuses_a_folder_with_anything_in_it(lenscl, tmp_path: Path) -> Non
     made = lenscl("new", tmp_path / "empty folder")
     assert made.exit_code == 0
     assert f"lenscl sweep '{tmp_path}/empty folder/study.toml'" in made.stdout
+
+
+def test_a_map_and_a_picture_are_checked_and_the_summary_follows_the_result(lenscl, study_path: Path) -> None:
+    folder = study_path.parent
+    for result in (
+        lenscl("map", study_path, "-o", folder / "map.npz"),
+        lenscl("render", study_path, "-o", folder / "seen.png"),
+    ):
+        assert result.exit_code == 0
+        made, checks = result.stderr.splitlines()
+        assert " picture" in made
+        rays, surfaces = re.match(r"self-checks: all hold: (\d+) rays, (\d+) surfaces, ", checks).groups()
+        assert int(surfaces) >= int(rays) > 20
+        assert result.stdout == ""
+    nothing = lenscl(
+        "map", study_path, "-o", folder / "map.npz", "--set", "film.scale=0.001", "--set", "lens.centre=[9, 9, 9]"
+    )
+    assert "self-checks: no ray of the film meets a lens" in nothing.stderr
+
+
+FAILURE = Failure(row=7, column=9, event=2, law="snell", residual=1e-3, bound=1e-12)
+
+
+def test_a_check_that_fails_is_a_warning_with_its_pixel(
+    lenscl, study_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(accuracy, "check_map", lambda _: SelfCheck(rays=5, surfaces=9, failed=1, failures=(FAILURE,)))
+    result = lenscl("map", study_path, "-o", study_path.parent / "map.npz")
+    assert result.exit_code == 0
+    assert "self-checks: 1 FAILED" in result.stderr
+    assert "warning: pixel (7, 9) at surface 2: expected " in result.stderr
+
+    def refused(_: object) -> SelfCheck:
+        raise BuildError("no room\nfor it")
+
+    monkeypatch.setattr(accuracy, "check_map", refused)
+    result = lenscl("map", study_path, "-o", study_path.parent / "map.npz")
+    assert result.exit_code == 0
+    assert "warning: the self-checks could not be made: no room for it" in result.stderr
+
+
+def test_a_sweep_ends_with_one_line_of_checks_over_all_its_points(lenscl, study_path: Path) -> None:
+    out = study_path.parent / "out"
+    first, again = (lenscl("sweep", study_path, "-o", out).stderr for _ in range(2))
+    (line,) = (line for line in first.splitlines() if line.startswith("self-checks: "))
+    with Store.reading(out) as store:
+        every = {row.index: row.checks for row in store.rows()}
+    assert len(every) == 9
+    rays = sum(checks["rays"] for checks in every.values())
+    assert f"all hold: {rays} rays, " in line
+    assert line in again  # what was kept was checked when it was made
+    assert "warning" not in first
+
+
+def test_warnings_of_a_sweep_name_point_and_pixel_and_are_few(
+    lenscl, study_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    three = SelfCheck(rays=5, surfaces=9, failed=3, failures=(FAILURE,) * 3)
+    monkeypatch.setattr(runner, "check_map", lambda _: three)
+    result = lenscl("sweep", study_path, "-o", study_path.parent / "out")
+    assert result.exit_code == 0
+    assert "self-checks: 27 FAILED: 45 rays, 81 surfaces" in result.stderr
+    warnings = [line for line in result.stderr.splitlines() if line.startswith("warning: ")]
+    assert len(warnings) == 10
+    assert warnings[3].startswith("warning: point 1, pixel (7, 9) at surface 2: ")
+    assert "... and 17 more warnings of self-checks" in result.stderr
