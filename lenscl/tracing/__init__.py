@@ -9,8 +9,9 @@ from __future__ import annotations
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.follow import Ends, Follower
 from lenscl.tracing.job import methods_of
-from lenscl.tracing.launch import kernel_source, trace, trace_rays
-from lenscl.tracing.numbers import TOLERANCE
+from lenscl.tracing.judge import Nudge, trace_to_judge
+from lenscl.tracing.launch import checked_rays, kernel_source, trace, trace_rays
+from lenscl.tracing.numbers import TOLERANCE, picture_numbers
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import RayMap, RayPaths
 from lenscl.tracing.start import locate
@@ -20,15 +21,19 @@ __all__ = [
     "TOLERANCE",
     "Ends",
     "Follower",
+    "Nudge",
     "Placement",
     "RayMap",
     "RayPaths",
     "StepCount",
+    "checked_rays",
     "count_steps",
     "film_rays",
     "kernel_source",
     "locate",
     "methods_of",
+    "picture_numbers",
     "trace",
     "trace_rays",
+    "trace_to_judge",
 ]

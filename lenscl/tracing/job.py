@@ -5,12 +5,12 @@ One launch traces one tile, which bounds the memory a film takes on the device.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from lenscl import codegen, device, effects, methods
 from lenscl.codegen import KernelSource, Structure
@@ -61,6 +61,7 @@ class Job:
         """Return the job of a scene, of rays and ends as `Structure` has them; method and precision replace its own.
 
         Its programs are counted as of the `kind`.
+        `kind` is what its programs count as in `compile_count`.
         """
         asked = {"numerics.method": method, "numerics.precision": precision}
         scene = scene.replace({key: value for key, value in asked.items() if value is not None})
@@ -68,6 +69,11 @@ class Job:
         structure = replace(structure_of(scene, rays, ends, chosen), counts=counts)
         _check_steps(scene, structure)
         return cls(scene, codegen.kernel_source(structure), chosen, kind)
+
+    def change_numbers(self, change: Callable[[Mapping[str, ArrayLike]], Mapping[str, ArrayLike]]) -> None:
+        """Put other numbers in the place of the scene's; rays left undecided are traced with the scene's own."""
+        changed = change(scene_numbers(self.scene, self.source))
+        self._numbers = self.device.upload(self.source.layout.pack(changed, self.dtype))
 
     def empty_ends(self, rays: int) -> dict[str, NDArray[Any]]:
         """Return arrays for the ends of so many rays, one row a ray."""

@@ -92,7 +92,7 @@ def trace_rays(
     StudyError, NoDeviceError, BuildError
         As for `trace`.
     """
-    points, units = _checked_rays(origins, directions)
+    points, units = checked_rays(origins, directions)
     return traced_rays(Job.prepare(scene, "given", "legs", method, precision, device), points, units)
 
 
@@ -102,7 +102,8 @@ def kernel_source(scene: Scene, *, rays: str | None = None, device: Device | str
     return codegen.kernel_source(structure_of(scene, rays or scene.source.kind, ends, chosen_device(device)))
 
 
-def _checked_rays(origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def checked_rays(origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return rays as points and unit directions, shape (N, 3); errors as for `trace_rays`."""
     try:
         points, vectors = np.asarray(origins, dtype=np.float64), np.asarray(directions, dtype=np.float64)
     except (TypeError, ValueError) as error:
