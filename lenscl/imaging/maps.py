@@ -2,11 +2,13 @@
 
 An ST map is a picture whose red and green say where on another picture each pixel looks: R = s from the left, G = 1 - t
 from the bottom, as in Nuke's STMap and OpenImageIO's `st_warp` with flip_t. B is 0. A is 1 where the ray landed on the
-picture and 0 elsewhere; R = G = -1 where it met the picture's plane nowhere.
+picture and 0 elsewhere; R = G = -1 where it met the picture's plane nowhere. Where bounds on the error are asked for, a
+fifth channel `error` holds them, -1 where there is none.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any, Protocol
@@ -20,6 +22,7 @@ from lenscl.imaging.write import write_image
 from lenscl.status import RayStatus
 
 _ARRAYS = ("st", "status", "events", "origin", "direction")
+_ROUNDINGS = 4
 _HAS_PLACE = tuple(int(status) for status in RayStatus if status.lands)
 
 
@@ -51,7 +54,7 @@ class WritableMap(Protocol):
         """What was traced; `to_toml()` makes a text of it."""
 
 
-def write_map(path: str | PathLike[str], raymap: WritableMap) -> None:
+def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.float64] | None = None) -> None:
     """Write a ray map as `.exr` (an ST map, float32 RGBA) or `.npz` (every array, in the precision traced).
 
     Parameters
@@ -61,6 +64,9 @@ def write_map(path: str | PathLike[str], raymap: WritableMap) -> None:
     raymap : RayMap
         In an `.npz` each array has its attribute's name: st, status, events, origin, direction; `scene_toml` is the
         scene as text. The seconds are left out. An EXR carries `scene_toml` among its parameters.
+    error : float64 array, shape (rows, columns), optional
+        Bounds on the error of (s, t), -1 where there is none; in an `.npz` the array `error`. The EXR's channel `error`
+        bounds the error of its own numbers: what R and G lose as float32 is added, and it is rounded up.
 
     Raises
     ------
@@ -71,9 +77,13 @@ def write_map(path: str | PathLike[str], raymap: WritableMap) -> None:
     scene_toml: str = raymap.scene.to_toml()
     match file.suffix.lower():
         case ".exr":
-            write_image(file, _st_map(raymap), metadata={"scene_toml": scene_toml})
+            image = _st_map(raymap)
+            if error is not None:
+                image = np.concatenate([image, _error_of(image, raymap, error)], axis=2)
+            further = () if error is None else ("error",)
+            write_image(file, image, metadata={"scene_toml": scene_toml}, further=further)
         case ".npz":
-            _write_npz(file, raymap, scene_toml)
+            _write_npz(file, raymap, scene_toml, {} if error is None else {"error": error})
         case other:
             raise ImageError(f"{file}: a ray map is written as .exr (an ST map) or .npz (numpy arrays), not {other!r}")
 
@@ -87,8 +97,20 @@ def _st_map(raymap: WritableMap) -> NDArray[np.float32]:
     return image
 
 
-def _write_npz(file: Path, raymap: WritableMap, scene_toml: str) -> None:
+def _error_of(image: NDArray[np.float32], raymap: WritableMap, error: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return the bounds on what an ST map's R and G are off as they are stored, shape (rows, columns, 1)."""
+    st = raymap.st.astype(np.float64)
+    lost = np.maximum(np.abs(image[..., 0] - st[..., 0]), np.abs(image[..., 1] - (1.0 - st[..., 1])))
+    rounded = _ROUNDINGS * np.finfo(np.float64).eps * (1.0 + np.abs(st).max(axis=-1))  # of 1 - t, twice, and the sum
+    bound = np.where(error < 0, error, error + lost + rounded)
+    stored = bound.astype(np.float32)
+    stored = np.where(stored < bound, np.nextafter(stored, np.float32(np.inf)), stored)
+    return stored[..., np.newaxis]
+
+
+def _write_npz(file: Path, raymap: WritableMap, scene_toml: str, further: Mapping[str, NDArray[Any]]) -> None:
     arrays: dict[str, Any] = {name: np.ascontiguousarray(getattr(raymap, name)) for name in _ARRAYS}
+    arrays |= further
     arrays["scene_toml"] = np.array(scene_toml)
     with whole_file(file, sum(array.nbytes for array in arrays.values()) + 2**16) as temporary:
         with temporary.open("wb") as stream:

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -76,6 +76,7 @@ def write_image(
     *,
     metadata: Mapping[str, Any] | None = None,
     encoding: str | None = None,
+    further: Sequence[str] = (),
 ) -> None:
     """Write an image; the table of this module says what each format holds.
 
@@ -89,6 +90,8 @@ def write_image(
         The image's parameters: anything that JSON can say.
     encoding : str, optional
         "srgb" or "linear"; default sRGB for integers, linear for floats. PNG, JPEG and EXR state it.
+    further : sequence of str, optional
+        Names of the last channels of the pixels, which are no colour; only EXR holds such.
 
     Raises
     ------
@@ -99,7 +102,7 @@ def write_image(
     file = Path(path)
     check_name(file)
     image = pixels[..., np.newaxis] if pixels.ndim == 2 else pixels
-    image_format = _format_for(file, image)
+    image_format = _format_for(file, image, further)
     stated = encoding_of(image.dtype, encoding)
     description = _description(file, image_format, metadata or {})
     if not image_format.has_alpha:
@@ -107,7 +110,7 @@ def write_image(
     stored_type = np.dtype(image_format.stored_as.get(image.dtype.name, image.dtype.name))
     image = np.ascontiguousarray(image, dtype=stored_type)
 
-    spec = _spec(image, image_format, stated, description)
+    spec = _spec(image, image_format, stated, description, further)
     if image_format is _EXR:
         for key, value in (metadata or {}).items():
             _add_typed(spec, _PREFIX + key, value)
@@ -123,7 +126,7 @@ def formats_of(dtype: DTypeLike) -> tuple[str, ...]:
     return tuple(reversed(formats.values()))
 
 
-def _format_for(file: Path, image: NDArray[Any]) -> _Format:
+def _format_for(file: Path, image: NDArray[Any], further: Sequence[str]) -> _Format:
     image_format = _FORMATS.get(file.suffix.lower())
     if image_format is None:
         raise ImageError(
@@ -135,7 +138,10 @@ def _format_for(file: Path, image: NDArray[Any]) -> _Format:
             f"{file}: {image_format.name} holds {' or '.join(image_format.dtypes)}, and the picture is {image.dtype}; "
             + (f"write it as {' or '.join(fit)}" if fit else f"convert it to {' or '.join(image_format.dtypes)}")
         )
-    if image.ndim != 3 or not 1 <= image.shape[2] <= 4 or 0 in image.shape or max(image.shape) > LARGEST_SIDE:
+    if further and image_format is not _EXR:
+        raise ImageError(f"{file}: {image_format.name} holds no channel called {further[0]!r}; write it as .exr")
+    colours = image.shape[2] - len(further) if image.ndim == 3 else 0
+    if not 1 <= colours <= 4 or 0 in image.shape or max(image.shape) > LARGEST_SIDE:
         raise ImageError(
             f"{file}: the pixels have the shape {image.shape}; expected (H, W) or (H, W, C), C = 1 to 4, sides from 1 "
             f"to {LARGEST_SIDE}"
@@ -174,13 +180,16 @@ def _over_black(image: NDArray[Any], encoding: Encoding) -> NDArray[Any]:
     return encode(decode(image[..., :-1], encoding) * alpha, image.dtype, encoding)
 
 
-def _spec(image: NDArray[Any], image_format: _Format, encoding: Encoding, description: str) -> Any:
+def _spec(
+    image: NDArray[Any], image_format: _Format, encoding: Encoding, description: str, further: Sequence[str]
+) -> Any:
     library = oiio()
     height, width, channels = image.shape
     spec = library.ImageSpec(width, height, channels, library.TypeDesc(_FORMAT_OF[image.dtype.name]))
-    spec.channelnames = {1: ("Y",), 2: ("Y", "A"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}[channels]
-    if channels in (2, 4):
-        spec.alpha_channel = channels - 1
+    colours = {1: ("Y",), 2: ("Y", "A"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}[channels - len(further)]
+    spec.channelnames = (*colours, *further)
+    if colours[-1] == "A":
+        spec.alpha_channel = len(colours) - 1
         if image.dtype.kind == "u":
             spec.attribute("oiio:UnassociatedAlpha", 1)
     spec.attribute("oiio:ColorSpace", "srgb_rec709_scene" if encoding == "srgb" else "lin_rec709_scene")

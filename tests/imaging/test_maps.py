@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from imaging.maps import every_pixel, landing
 
 from lenscl.errors import ImageError
-from lenscl.imaging import draw, paint, read_metadata, read_picture, write_map
+from lenscl.imaging import draw, paint, read_metadata, read_picture, write_image, write_map
 from lenscl.status import RayStatus
 
 
@@ -116,3 +117,70 @@ def test_another_program_paints_the_st_map_as_we_do(tmp_path, opencl_device):
     assert np.quantile(difference, 0.95) < 0.02, np.quantile(difference, [0.5, 0.9, 0.95, 0.99, 1])
     # The other way up is another picture: the comparison can fail
     assert np.quantile(np.abs(by_them[False] - ours)[inner], 0.5) > 0.05
+
+
+def some_error(seed: int = 1) -> Any:
+    """Bounds from 1e-18 to 1e9, a third of them missing."""
+    rng = np.random.default_rng(seed)
+    return np.where(rng.random((5, 7)) < 1 / 3, -1.0, 10.0 ** rng.uniform(-18, 9, (5, 7)))
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_a_fifth_channel_bounds_the_error_of_what_an_st_map_stores(tmp_path, precision):
+    raymap, error = some_map(precision), some_error()
+    write_map(tmp_path / "m.exr", raymap, error)
+    write_map(tmp_path / "plain.exr", raymap)
+    written = OpenImageIO.ImageBuf(str(tmp_path / "m.exr"))
+    assert written.spec().channelnames == ("R", "G", "B", "A", "error")
+    assert written.spec().alpha_channel == 3
+    image = written.get_pixels(OpenImageIO.FLOAT)
+    assert image.dtype == np.float32
+    np.testing.assert_array_equal(image[..., :4], read_picture(tmp_path / "plain.exr").pixels)
+    stored, has = image[..., 4].astype(np.float64), error >= 0
+    np.testing.assert_array_equal(stored[~has], -1.0)
+    assert has.sum() > 15
+    for row, column in np.argwhere(has & np.isin(raymap.status, (RayStatus.PICTURE, RayStatus.OFF_PICTURE))):
+        s, t = (Fraction(float(x)) for x in raymap.st[row, column])
+        r, g = (Fraction(float(x)) for x in image[row, column, :2])
+        least = Fraction(float(error[row, column])) + max(abs(r - s), abs(g - (1 - t)))
+        assert least <= Fraction(float(stored[row, column])) <= least * Fraction(1 + 2**-22) + Fraction(2**-46)
+    assert read_metadata(tmp_path / "m.exr") == {"scene_toml": raymap.scene.to_toml()}
+
+
+def test_an_npz_holds_the_bounds_as_they_are(tmp_path):
+    error = some_error()
+    write_map(tmp_path / "m.npz", some_map("float32"), error)
+    with np.load(tmp_path / "m.npz", allow_pickle=False) as stored:
+        assert set(stored.files) == {"st", "status", "events", "origin", "direction", "error", "scene_toml"}
+        assert stored["error"].dtype == np.float64
+        np.testing.assert_array_equal(stored["error"], error)
+
+
+@pytest.mark.parametrize("suffix", ["exr", "npz"])
+def test_equal_bounds_give_equal_bytes_and_others_do_not(tmp_path, suffix):
+    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+        write_map(tmp_path / f"{name}.{suffix}", some_map("float64"), some_error(seed))
+    one, same, other = ((tmp_path / f"{name}.{suffix}").read_bytes() for name in "abc")
+    assert one == same != other
+
+
+def test_a_program_that_warps_by_an_st_map_does_not_mind_the_fifth_channel(tmp_path):
+    raymap = some_map("float32")
+    for name, error in (("plain", None), ("error", some_error())):
+        write_map(tmp_path / f"{name}.exr", raymap, error)
+    source = OpenImageIO.ImageBuf((draw("cat", (160, 120)) / 255).astype(np.float32))
+    film = OpenImageIO.ROI(0, 7, 0, 5)
+    painted = []
+    for name in ("plain", "error"):
+        st_map = OpenImageIO.ImageBuf(str(tmp_path / f"{name}.exr"))
+        warped = OpenImageIO.ImageBufAlgo.st_warp(source, st_map, "triangle", 2.0, flip_t=True, roi=film)
+        assert not warped.has_error, warped.geterror()
+        painted.append(warped.get_pixels(OpenImageIO.FLOAT))
+    np.testing.assert_array_equal(*painted)
+    assert painted[0].any()
+
+
+def test_only_exr_holds_further_channels(tmp_path):
+    with pytest.raises(ImageError, match=r"TIFF holds no channel called 'error'; write it as \.exr"):
+        write_image(tmp_path / "m.tif", np.zeros((2, 2, 5), np.float32), further=("error",))
+    assert list(tmp_path.iterdir()) == []
