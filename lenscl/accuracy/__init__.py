@@ -5,10 +5,12 @@ JSON and `compare` holds against another. Times are the device's own, each next 
 and after, and to the device's `multiply_add_peak`; errors are against the float64 twin (`Expected`).
 
 Without any reference, `check_map` holds a sample of a map's rays against the laws that every path obeys.
+For any map, without a twin or an oracle at hand: `error_map`, a bound on the error of every place; `bounds` says how.
 """
 
 from __future__ import annotations
 
+from lenscl.accuracy.bounds import NO_BOUND, Places, error_at, error_map, pixel_bounds, place_bounds
 from lenscl.accuracy.combination import Combination
 from lenscl.accuracy.compare import Change, Comparison, compare
 from lenscl.accuracy.error import Expected
@@ -25,6 +27,7 @@ from lenscl.accuracy.store import Store
 from lenscl.accuracy.timing import ROUNDS, Bench, Timing
 
 __all__ = [
+    "NO_BOUND",
     "ROUNDS",
     "Bench",
     "Change",
@@ -37,6 +40,7 @@ __all__ = [
     "Front",
     "FrozenKernel",
     "Measurement",
+    "Places",
     "Quantiles",
     "Row",
     "Run",
@@ -47,12 +51,16 @@ __all__ = [
     "check_map",
     "circumstances",
     "compare",
+    "error_at",
+    "error_map",
     "front_csv",
     "front_rows",
     "front_sentence",
     "largest_size",
     "measure_front",
     "multiply_add_peak",
+    "pixel_bounds",
+    "place_bounds",
     "plan",
     "scene_files",
 ]
