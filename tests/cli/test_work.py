@@ -13,6 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+import OpenImageIO
 import pytest
 
 from lenscl import accuracy
@@ -196,6 +197,53 @@ def test_map_writes_what_trace_yields(lenscl, study_path: Path) -> None:
     refused = lenscl("map", study_path, "-o", folder / "map.docx")
     assert refused.exit_code != 0
     assert refused.stderr.startswith("Error: ")
+
+
+def test_map_adds_error_bounds_when_asked_and_says_how_large_they_are(lenscl, study_path: Path) -> None:
+    from lenscl.accuracy import error_map
+    from lenscl.config import load_study
+    from lenscl.tracing import trace
+
+    folder, coarse = study_path.parent, ("--set", "numerics.precision=single", "--set", "lens.n=2.417")
+    plain = lenscl("map", study_path, *coarse, "-o", folder / "plain.npz")
+    assert len(plain.stderr.splitlines()) == 1
+    result = lenscl("map", study_path, *coarse, "--error", "-o", folder / "map.npz")
+    assert result.exit_code == 0
+    assert result.stdout == ""
+    assert lenscl("map", study_path, *coarse, "--error", "-o", folder / "map.exr").exit_code == 0
+    with np.load(folder / "map.npz") as arrays, np.load(folder / "plain.npz") as before:
+        error, status = arrays["error"], arrays["status"]
+        for name in before.files:
+            assert np.array_equal(arrays[name], before[name])
+        assert "error" not in before.files
+    assert error.shape == (20, 32)
+    assert np.array_equal(
+        error, error_map(trace(load_study(study_path).scene.replace({"lens.n": 2.417}), precision="single"))
+    )
+    assert np.array_equal(error < 0, status > 1)  # here rounding decides no path
+    some = error[error >= 0]
+    assert 1e-9 < np.median(some) < 1e-6
+    said = result.stderr.splitlines()[1]
+    assert said.startswith(f"{some.size} of 640 pixels have an error bound; median {np.median(some) * 1024:.2g}, 99 % ")
+    assert f"largest {some.max():.2g} in coordinates" in said
+    assert f"; {640 - some.size} have none as they land nowhere" in said
+
+    written = OpenImageIO.ImageBuf(str(folder / "map.exr"))
+    assert written.spec().channelnames == ("R", "G", "B", "A", "error")
+    stored = written.get_pixels(OpenImageIO.FLOAT)[..., 4]
+    assert (stored[error >= 0] >= some).all()
+
+
+def test_map_without_error_writes_the_same_bytes_as_ever(lenscl, study_path: Path) -> None:
+    from lenscl.config import load_study
+    from lenscl.imaging import write_map
+    from lenscl.tracing import trace
+
+    folder = study_path.parent
+    for suffix in ("npz", "exr"):
+        lenscl("map", study_path, "-o", folder / f"map.{suffix}")
+        write_map(folder / f"own.{suffix}", trace(load_study(study_path).scene))
+        assert (folder / f"map.{suffix}").read_bytes() == (folder / f"own.{suffix}").read_bytes()
 
 
 def test_check_lists_points_pictures_and_hard_spots(lenscl, study_path: Path) -> None:
