@@ -60,7 +60,6 @@ class Job:
     ) -> Job:
         """Return the job of a scene, of rays and ends as `Structure` has them; method and precision replace its own.
 
-        Its programs are counted as of the `kind`.
         `kind` is what its programs count as in `compile_count`.
         """
         asked = {"numerics.method": method, "numerics.precision": precision}
