@@ -216,7 +216,7 @@ def measure_front(
     sample = Sample.of(reference)
     report(f"certifying {len(sample.pixels)} rays")
     truth = Truth.certified(best.of(scene), sample.pixels)
-    whole = Truth.traced(reference, truth.radius)
+    whole = Truth.traced(reference)
 
     wanted = every_combination(scene, device)
     ready, left_out = [], []

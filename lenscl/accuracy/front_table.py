@@ -94,8 +94,9 @@ def circumstances(front: Front) -> list[str]:
     widths = {each.combination.precision: each.width for each in front.tried}
     sampled = ", ".join(f"{count} {name}" for name, count in front.sampled.items())
     units = f"{about['units']} compute unit{'' if about['units'] == 1 else 's'}"
+    driver = " ".join(about["driver"].split())
     return [
-        f"device  {about['platform']}: {about['device']}, {about['driver']}; {about['kind']}, {units}",
+        f"device  {about['platform']}: {about['device']}, {driver}; {about['kind']}, {units}",
         f"rays    {front.film[0]} x {front.film[1]} of the film; to a packet: "
         + ", ".join(f"{width} ({precision})" for precision, width in widths.items()),
         f"time    warm, median of {front.rounds} rounds in which all take turns, by the device's clock; 95 % bounds",

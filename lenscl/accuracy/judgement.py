@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -84,7 +85,8 @@ def judge(raymap: RayMap, truth: Truth, drawn: Strata | None = None, size: tuple
     differs = (status != truth.status) | (events != truth.events)
     both = known & (truth.events > 0) & np.isin(status, _LANDS) & np.isin(truth.status, _LANDS)
     apart = (st - truth.st) - truth.rest
-    pixels_apart = np.abs(apart * size).max(axis=-1)
+    pixels_apart = np.abs(apart * size).max(axis=-1) + truth.radius * max(size)
+    units_apart = lengths(apart, picture) + truth.radius * (math.hypot(*picture.right) + math.hypot(*picture.down))
     other = differs | ((status == RayStatus.PICTURE) & (pixels_apart > SEEN))
     return Judgement(
         against=truth.against,
@@ -92,7 +94,7 @@ def judge(raymap: RayMap, truth: Truth, drawn: Strata | None = None, size: tuple
         unknown=int(np.count_nonzero(~known)),
         compared=int(both.sum()),
         pixels=_distances(pixels_apart[both], _of(drawn, both)),
-        units=_distances(lengths(apart[both], picture), _of(drawn, both)),
+        units=_distances(units_apart[both], _of(drawn, both)),
         differ=share_estimate(differs[lens], _of(drawn, lens)),
         colours=share_estimate(other[known], _of(drawn, known)),
     )

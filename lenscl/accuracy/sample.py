@@ -18,14 +18,14 @@ from lenscl.status import RayStatus
 from lenscl.tracing import RayMap
 
 # In order of precedence: a pixel belongs to the first that fits
-EDGE = "edge"  # beside a pixel that ends otherwise: silhouettes, and where total reflection sets in
 MANY = "many"  # the most events
+EDGE = "edge"  # beside a pixel that ends otherwise: silhouettes, and where total reflection sets in
 STEEP = "steep"  # the map is stretched most: near the critical angle, grazing
 LENS = "lens"  # other rays that meet a lens
 FREE = "free"  # rays that meet none
-STRATA = (EDGE, MANY, STEEP, LENS, FREE)
+STRATA = (MANY, EDGE, STEEP, LENS, FREE)
 # With 600 plain rays the 99 % quantile has an upper bound that is not just the largest of them
-USUAL: Mapping[str, int] = {EDGE: 120, MANY: 80, STEEP: 100, LENS: 600, FREE: 150}
+USUAL: Mapping[str, int] = {MANY: 80, EDGE: 120, STEEP: 100, LENS: 600, FREE: 150}
 _MANY, _STEEP = 0.98, 0.95  # quantiles, of the rays that meet a lens, from which on they count as such
 _SEED = 20  # every run looks at the same pixels
 _ALL, _BUT_LAST, _BUT_FIRST = slice(None), slice(None, -1), slice(1, None)
@@ -93,7 +93,8 @@ def strata(raymap: RayMap) -> NDArray[np.uint8]:
     kinds = np.where(lens, STRATA.index(LENS), STRATA.index(FREE)).astype(np.uint8)
     if lens.any():
         kinds[lens & (stretch > np.quantile(stretch[lens], _STEEP))] = STRATA.index(STEEP)
+    kinds[edge] = STRATA.index(EDGE)
+    if lens.any():
         usual, most = np.quantile(raymap.events[lens], (0.5, _MANY))
         kinds[lens & (raymap.events >= most) & (raymap.events > usual)] = STRATA.index(MANY)
-    kinds[edge] = STRATA.index(EDGE)
     return kinds

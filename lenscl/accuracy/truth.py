@@ -8,7 +8,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from lenscl.accuracy.bounds import pixel_bounds
 from lenscl.config import Scene
+from lenscl.device import Device
 from lenscl.reference import oracle
 from lenscl.status import RayStatus
 from lenscl.tracing import RayMap
@@ -31,8 +33,8 @@ class Truth:
     status, events : uint8 arrays, shape (N,)
     is_known : bool array, shape (N,)
         False where nobody can tell: an exact tangent, an edge, the critical angle.
-    radius : float
-        The coordinates are right to so much, the worst of all.
+    radius : float64 array, shape (N,)
+        The coordinates are right to so much; it is added to every error.
     against : str
         What says so, for people.
     """
@@ -43,7 +45,7 @@ class Truth:
     status: NDArray[np.uint8] = field(repr=False)
     events: NDArray[np.uint8] = field(repr=False)
     is_known: NDArray[np.bool_] = field(repr=False)
-    radius: float
+    radius: Array = field(repr=False)
     against: str
 
     @classmethod
@@ -62,31 +64,44 @@ class Truth:
                 balls = [ball.mid() for ball in proof.st]
                 st[number] = [float(middle) for middle in balls]
                 rest[number] = [float(middle - float(middle)) for middle in balls]
-        known = [proof.status is not None for proof in proofs]
         return cls(
             pixels=pixels,
             st=st,
             rest=rest,
             status=np.array([RayStatus.UNDECIDED if p.status is None else p.status for p in proofs], np.uint8),
             events=np.array([proof.events for proof in proofs], np.uint8),
-            is_known=np.array(known, np.bool_),
-            radius=max((proof.radius for proof, is_known in zip(proofs, known, strict=True) if is_known), default=0.0),
+            is_known=np.array([proof.status is not None for proof in proofs], np.bool_),
+            radius=np.array([proof.radius for proof in proofs]),
             against=CERTIFIED,
         )
 
     @classmethod
-    def traced(cls, raymap: RayMap, radius: float, pixels: NDArray[np.intp] | None = None) -> Self:
-        """Take a map's own ends for true; `radius` is what its coordinates are right to."""
-        every = np.arange(raymap.status.size) if pixels is None else pixels
-        numerics = raymap.scene.numerics
-        st = raymap.st.reshape(-1, 2)[every].astype(np.float64)
+    def traced(cls, raymap: RayMap) -> Self:
+        """Take the ends of a map for true."""
+        st, numerics = raymap.st.reshape(-1, 2).astype(np.float64), raymap.scene.numerics
         return cls(
-            pixels=every,
+            pixels=np.arange(raymap.status.size),
             st=st,
             rest=np.zeros_like(st),
-            status=raymap.status.ravel()[every],
-            events=raymap.events.ravel()[every],
-            is_known=raymap.status.ravel()[every] != RayStatus.UNDECIDED,
-            radius=radius,
+            status=raymap.status.ravel(),
+            events=raymap.events.ravel(),
+            is_known=raymap.status.ravel() != RayStatus.UNDECIDED,
+            radius=np.zeros(len(st)),
             against=f"{numerics.method}, {numerics.precision}",
+        )
+
+    @classmethod
+    def bounded(cls, scene: Scene, pixels: NDArray[np.intp], device: Device) -> Self:
+        """Trace some pixels in double precision, each with a bound on its error; see `lenscl.accuracy.bounds`."""
+        places = pixel_bounds(scene, pixels, device=device)
+        lands = np.isin(places.status, [status for status in RayStatus if status.lands])
+        return cls(
+            pixels=pixels,
+            st=places.st,
+            rest=np.zeros_like(places.st),
+            status=places.status,
+            events=places.events,
+            is_known=np.where(lands, places.bound >= 0, places.status != RayStatus.UNDECIDED),
+            radius=np.where(lands, np.maximum(places.bound, 0.0), 0.0),
+            against="double precision and its error bounds",
         )
