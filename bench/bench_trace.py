@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from lenscl.accuracy import ROUNDS, Bench, plan, scene_files
+from lenscl.accuracy import ROUNDS, Bench, plan_rows, scene_files
 from lenscl.device import choose
 
 
@@ -28,7 +28,7 @@ def measuring() -> Bench:
 @pytest.mark.parametrize("method", ["auto", "interval", "march"])
 @pytest.mark.parametrize("name", scene_files())
 def bench_trace(benchmark: Any, measuring: Bench, name: str, method: str, precision: Any) -> None:
-    (row,), _ = plan([name], [method], [precision], measuring.device)
+    (row,), _ = plan_rows([name], [method], [precision], measuring.device)
     timing = measuring.timing(row)
     benchmark.pedantic(timing.once, setup=timing.beside, rounds=ROUNDS, iterations=1)
     timing.beside()

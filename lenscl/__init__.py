@@ -58,13 +58,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from lenscl.accuracy import trace, trace_rays
     from lenscl.config import load_study, scene_from_toml
     from lenscl.device import compile_count
     from lenscl.errors import LensclError, StudyError
     from lenscl.imaging import paint
     from lenscl.materials import refractive_index
     from lenscl.status import RayStatus
-    from lenscl.tracing import trace, trace_rays
 
 __all__ = [
     "LensclError",
@@ -88,8 +88,8 @@ _HOMES = {
     "paint": "imaging",
     "refractive_index": "materials",
     "scene_from_toml": "config",
-    "trace": "tracing",
-    "trace_rays": "tracing",
+    "trace": "accuracy",
+    "trace_rays": "accuracy",
 }  # imported when first used: `lenscl --help` must not wait for numpy or OpenCL
 
 

@@ -52,7 +52,7 @@ def scene_files() -> Mapping[str, Path]:
     raise LensclError("the benchmark's scenes are missing from the installation; install lenscl again")
 
 
-def plan(
+def plan_rows(
     scenes: Iterable[str], methods: Iterable[str], precisions: Iterable[Precision], device: Device
 ) -> tuple[list[Row], list[str]]:
     """Return the rows to measure, scene by scene, and why rows are left out.

@@ -63,7 +63,7 @@ def bench(
     from datetime import UTC, datetime
 
     from lenscl import device
-    from lenscl.accuracy import Bench, Run, Store, compare, plan
+    from lenscl.accuracy import Bench, Run, Store, compare, plan_rows
     from lenscl.version import program_version
 
     # What is wrong with the request is said before a minute has gone
@@ -72,7 +72,7 @@ def bench(
     if name is not None:
         store.check_free(name, force=force)
     chosen = device.choose()
-    rows, left_out = plan(scenes, methods, precisions, chosen)
+    rows, left_out = plan_rows(scenes, methods, precisions, chosen)
     for reason in left_out:
         click.echo(reason, err=True)
 

@@ -1,0 +1,253 @@
+"""From a wanted accuracy to the cheapest combination: with made-up times, and against certified answers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scenes import make_scene
+
+import lenscl
+from lenscl.accuracy import CalibrationCache, Planner
+from lenscl.accuracy.combination import Combination
+from lenscl.accuracy.judgement import judge
+from lenscl.accuracy.planner import check
+from lenscl.accuracy.sample import Sample
+from lenscl.accuracy.truth import Truth
+from lenscl.config import Accuracy, Scene
+from lenscl.device import choose
+from lenscl.errors import StudyError
+from lenscl.tracing import RayMap, trace
+
+COSTS = {"single": 10.0, "mixed": 15.0, "double": 20.0}
+FACTORS = {"polynomial": 1.0, "guarded": 1.1, "interval": 1.5, "auto": 1.0}
+STEPS = 0.4  # a march costs so much a step through the lens, times the precision's cost
+FILM = {"size": [96, 96]}
+
+
+def made_up(scene: Scene) -> float:
+    numerics = scene.numerics
+    cost = COSTS[numerics.precision] * (0.9 if numerics.snell == "paraxial" else 1.0)
+    if numerics.method == "march":
+        return cost * STEPS / numerics.step
+    return cost * FACTORS[numerics.method]
+
+
+@pytest.fixture
+def times(monkeypatch: pytest.MonkeyPatch) -> list[Scene]:
+    """Let every scene cost what the table says; return what was timed."""
+    timed: list[Scene] = []
+
+    def best_times(scenes: Sequence[Scene], *_: Any, **__: Any) -> list[float]:
+        timed.extend(scenes)
+        return [made_up(scene) for scene in scenes]
+
+    monkeypatch.setattr("lenscl.accuracy.planner.best_times", best_times)
+    return timed
+
+
+@pytest.fixture
+def here(tmp_path: Path) -> Planner:
+    return Planner(choose(), CalibrationCache(tmp_path / "calibration"))
+
+
+def error_of(raymap: RayMap, wanted: Accuracy) -> tuple[float, float]:
+    """Return the 99 % error, in the unit of a wish, and the share that ends otherwise, against certified answers."""
+    scene = raymap.scene
+    sample = Sample.of(raymap, {"many": 10, "edge": 20, "steep": 40, "lens": 200, "free": 10})
+    judgement = judge(raymap, Truth.certified(scene, sample.pixels), sample.drawn)
+    return (judgement.pixels if wanted.unit == "px" else judgement.units).high.value, judgement.differ.value
+
+
+@pytest.mark.parametrize(
+    ("wish", "method", "precision"),
+    [
+        ("1 px", "polynomial", "single"),
+        ("0.05 px", "polynomial", "single"),
+        ("1e-5 px", "polynomial", "mixed"),
+        ("1e-9", "polynomial", "mixed"),
+    ],
+)
+def test_the_cheapest_that_meets_a_wish_is_taken(
+    times: list[Scene], here: Planner, wish: str, method: str, precision: str
+) -> None:
+    scene = make_scene({"surface": "torus"}, film=FILM, numerics={"accuracy": wish})
+    raymap, achieved = here.trace(scene)
+    assert achieved is not None
+    assert (achieved.combination.method, achieved.combination.precision) == (method, precision)
+    assert achieved.is_met
+    assert (raymap.scene.numerics.method, raymap.scene.numerics.precision) == (method, precision)
+    error, differ = error_of(raymap, achieved.wanted)
+    assert error <= achieved.wanted.value
+    assert differ <= 1e-3
+
+
+def test_a_cheap_double_is_taken_before_a_dear_single(
+    times: list[Scene], here: Planner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(COSTS, "double", 5.0)
+    _, achieved = here.trace(make_scene({"surface": "torus"}, film=FILM, numerics={"accuracy": "1 px"}))
+    assert achieved is not None
+    assert achieved.combination.precision == "double"
+
+
+def test_of_nearly_equal_times_the_more_accurate_is_taken(
+    times: list[Scene], here: Planner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(COSTS, "double", 10.5)
+    _, achieved = here.trace(make_scene({"surface": "torus"}, film=FILM, numerics={"accuracy": "1 px"}))
+    assert achieved is not None
+    assert achieved.combination.precision == "double"
+
+
+def test_a_march_is_taken_only_where_it_is_worth_its_lost_rays(
+    times: list[Scene], here: Planner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = make_scene({"surface": "sphere"}, film=FILM, numerics={"accuracy": "1 px"})
+    _, usual = here.trace(scene)
+    assert usual is not None
+    assert usual.combination.method == "polynomial"
+    monkeypatch.setitem(globals(), "STEPS", 0.001)
+    cheap = Planner(choose(), CalibrationCache(Path(here._cache.folder) / "cheap"))
+    raymap, achieved = cheap.trace(scene)
+    assert achieved is not None
+    assert achieved.combination.method == "march"
+    assert achieved.differ <= 1e-3
+    assert judge(raymap, Truth.traced(trace(scene, precision="double"))).differ.value <= 1e-3
+
+
+def test_the_paraxial_rule_serves_the_weakest_lenses_alone(times: list[Scene], here: Planner) -> None:
+    combinations = {}
+    for n in (1.5, 1.0 + 1e-7):
+        scene = make_scene({"surface": "sphere", "n": n}, film=FILM, numerics={"accuracy": "0.01 px"})
+        raymap, achieved = here.trace(scene)
+        assert achieved is not None
+        combinations[n] = achieved.combination.snell
+        assert error_of(raymap, achieved.wanted)[0] <= 0.01
+    assert combinations == {1.5: "exact", 1.0 + 1e-7: "paraxial"}
+
+
+def test_what_cannot_be_reached_is_refused_and_what_can_is_said(here: Planner) -> None:
+    scene = make_scene({"surface": "torus"}, film=FILM)
+    with pytest.raises(StudyError) as refused:
+        here.trace(scene.replace({"numerics.accuracy": "1e-16 px"}))
+    text = str(refused.value)
+    assert text.startswith('numerics.accuracy: "1e-16 px" cannot be reached: the most accurate here, ')
+    reachable = float(text.split("within ")[1].split(" px")[0])
+    assert 1e-15 < reachable < 1e-8
+    _, achieved = here.trace(scene.replace({"numerics.accuracy": f"{1.3 * reachable} px"}))
+    assert achieved is not None
+    assert achieved.against == "certified answers"
+    assert achieved.is_met
+
+
+def test_where_rounding_decides_too_many_paths_that_is_said(here: Planner, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("lenscl.accuracy.planner.MOST_DIFFER", -1.0)
+    scene = make_scene({"surface": "torus"}, film=FILM, numerics={"accuracy": "1 px"})
+    with pytest.raises(StudyError, match="end otherwise than they should"):
+        here.trace(scene)
+
+
+def test_pixels_are_those_of_the_largest_picture(times: list[Scene], here: Planner) -> None:
+    scene = make_scene({"surface": "torus"}, film=FILM, numerics={"accuracy": "0.05 px"})
+    coarse, fine = (here.trace(scene, size=size)[1] for size in ((64, 64), (2**20, 2**20)))
+    assert coarse is not None
+    assert fine is not None
+    assert coarse.combination.precision == "single"
+    assert fine.combination.precision == "mixed"
+
+
+def test_a_point_that_needs_more_than_its_like_gets_its_own_plan(times: list[Scene], here: Planner) -> None:
+    easy = make_scene({"surface": "sphere", "r": 0.7}, film=FILM, numerics={"accuracy": "0.05 px"})
+    hard = easy.replace({"picture.centre": [0.0, 0.0, -5000.0]})  # a long lever: single is off by many pixels there
+    _, first = here.trace(easy)
+    _, alike = here.trace(easy.replace({"lens.r": 0.75}), like=easy)
+    raymap, achieved = here.trace(hard, like=easy)
+    assert first is not None
+    assert alike is not None
+    assert achieved is not None
+    assert first.combination.precision == alike.combination.precision == "single"
+    assert achieved.combination.precision != "single"
+    assert error_of(raymap, achieved.wanted)[0] <= 0.05
+
+
+def test_points_alike_are_not_planned_again(times: list[Scene], here: Planner) -> None:
+    easy = make_scene({"surface": "sphere", "r": 0.7}, film=FILM, numerics={"accuracy": "0.05 px"})
+    here.trace(easy, like=easy)
+    timed = len(times)
+    for r in (0.6, 0.65, 0.8):
+        _, achieved = here.trace(easy.replace({"lens.r": r}), like=easy)
+        assert achieved is not None
+        assert achieved.is_met
+    assert len(times) == timed
+
+
+def test_a_calibration_is_kept_and_found_again(times: list[Scene], tmp_path: Path) -> None:
+    scene = make_scene({"surface": "torus"}, film=FILM, numerics={"accuracy": "0.05 px"})
+    cache = CalibrationCache(tmp_path / "cache")
+    Planner(choose(), cache).trace(scene)
+    cold = len(times)
+    (kept,) = cache.folder.iterdir()
+    times.clear()
+    Planner(choose(), cache).trace(scene.replace({"lens.r": 0.2}))  # another scene of the same kernel
+    warm = len(times)
+    assert warm < cold - 6
+    times.clear()
+    kept.write_bytes(kept.read_bytes()[:50])  # cut short: measured anew
+    Planner(choose(), cache).trace(scene)
+    assert len(times) == cold
+    assert [path.name for path in cache.folder.iterdir()] == [kept.name]
+
+
+def test_a_calibration_of_another_driver_is_not_used(times: list[Scene], tmp_path: Path) -> None:
+    cache = CalibrationCache(tmp_path)
+    scene = make_scene({"surface": "torus"}, film=FILM, numerics={"accuracy": "0.05 px"})
+    Planner(choose(), cache).trace(scene)
+    (kept,) = tmp_path.iterdir()
+    text = kept.read_text()
+    driver = choose().driver
+    assert driver in text
+    kept.write_text(text.replace(driver, "another"))
+    times.clear()
+    Planner(choose(), cache).trace(scene)
+    assert len(times) > 10
+
+
+def test_a_map_that_is_off_is_seen(here: Planner) -> None:
+    """The check is of the map's own rays: one that was disturbed does not pass."""
+    scene = make_scene({"surface": "torus"}, film=FILM)
+    raymap, wanted = trace(scene), Accuracy(1e-6, "px")
+    combination = Combination(method="polynomial")
+    assert check(raymap, wanted, combination, None).is_met
+    off = replace(raymap, st=raymap.st + 1e-8)
+    assert not check(off, wanted, combination, None).is_met
+    lost = raymap.events.copy()
+    lens = np.flatnonzero(lost.ravel())
+    lost.ravel()[lens[:: len(lens) // 50]] = 0
+    assert not check(replace(raymap, events=lost), wanted, combination, None).is_met
+
+
+def test_the_public_trace_is_as_accurate_as_asked() -> None:
+    scene = make_scene({"surface": "sphere"}, film=FILM, numerics={"accuracy": "1e-6 px"})
+    raymap = lenscl.trace(scene)
+    assert raymap.scene.numerics.accuracy is None
+    assert error_of(raymap, Accuracy(1e-6, "px"))[0] <= 1e-6
+    paths = lenscl.trace_rays(scene, [[0.1, 0.2, 4.0]], [[0.0, 0.0, -1.0]])
+    assert paths.scene.numerics.precision == raymap.scene.numerics.precision
+    assert lenscl.trace(scene, precision="single").st.dtype == np.float32
+
+
+def test_a_scene_that_asks_for_nothing_is_not_checked(here: Planner) -> None:
+    raymap, achieved = here.trace(make_scene({"surface": "sphere"}, film=FILM))
+    assert achieved is None
+    assert raymap.scene.numerics.method == "auto"
+
+
+def test_a_film_that_meets_no_lens_is_an_error_of_its_own(here: Planner) -> None:
+    scene = make_scene({"surface": "sphere", "centre": [50.0, 0.0, 0.0]}, numerics={"accuracy": "1 px"})
+    with pytest.raises(StudyError, match="no ray meets a lens"):
+        here.trace(scene)
