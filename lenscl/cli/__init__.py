@@ -19,8 +19,9 @@ from lenscl.cli.group import Group
 from lenscl.cli.look import check, kernel, schema
 from lenscl.cli.machine import devices, doctor, lenses
 from lenscl.cli.pareto import pareto
+from lenscl.cli.scene import map_, render
 from lenscl.cli.start import new
-from lenscl.cli.work import export, map_, render, sweep
+from lenscl.cli.sweep import export, sweep
 
 __all__ = ["main"]
 

@@ -56,9 +56,15 @@ def kernel(study_path: Path, overrides: tuple[str, ...]) -> None:
       lenscl kernel configs/torus.toml
       lenscl kernel configs/torus.toml --set numerics.precision=single > torus.cl
     """
+    from lenscl.accuracy import planner_of
     from lenscl.tracing import kernel_source
 
-    click.echo(kernel_source(open_study(study_path, overrides).scene).text)
+    scene = open_study(study_path, overrides).scene
+    if scene.numerics.accuracy is not None:
+        plan = planner_of().plan(scene)
+        click.echo(plain(f"accuracy: {plan.achieved}"), err=True)
+        scene = plan.combination.of(scene)
+    click.echo(kernel_source(scene).text)
 
 
 @click.command()

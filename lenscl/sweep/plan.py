@@ -82,12 +82,12 @@ class SweepPlan:
         `[numerics]` and `[effects]`.
         """
         for point in self.study.points():
-            deciding = {
-                key: value
-                for key, value in point.values.items()
-                if key.startswith(_STRUCTURAL) or not _is_numeric(value)
-            }
-            yield point, json.dumps(deciding, sort_keys=True, default=str)
+            yield point, structure_text(point)
+
+    @cached_property
+    def asks_accuracy(self) -> bool:
+        """Whether any point asks for an accuracy, so that rows say what was achieved."""
+        return self.study.scene.numerics.accuracy is not None or "numerics.accuracy" in self.study.axes
 
     def _metadata(self, scene: str, values: Mapping[str, Any], picture: SourcePicture) -> dict[str, Any]:
         return {
@@ -158,6 +158,14 @@ def _described(point: Point) -> str:
     except StudyError as error:
         return f"# {error}"
     return replace(scene, picture=replace(scene.picture, images=None)).to_toml()
+
+
+def structure_text(point: Point) -> str:
+    """Return what may decide a point's kernel; see `SweepPlan.structures`."""
+    deciding = {
+        key: value for key, value in point.values.items() if key.startswith(_STRUCTURAL) or not _is_numeric(value)
+    }
+    return json.dumps(deciding, sort_keys=True, default=str)
 
 
 def _is_numeric(value: Any) -> bool:

@@ -46,6 +46,7 @@ class Row:
     write_seconds: float | None = None
     error: str | None = None
     checks: Mapping[str, Any] | None = None  # what the self-checks of its point's trace found, as `SelfCheck.as_json`
+    achieved: Mapping[str, Any] | None = None  # how accurate its point's trace is, as `Achieved.as_json`, where asked
     kept: bool = False  # made by an earlier run
 
     @property
@@ -55,12 +56,13 @@ class Row:
         return sum(part for part in parts if part is not None) if self.state == "done" else None
 
 
-def header(axes: Iterable[str]) -> list[str]:
-    """Return the names of the columns."""
-    return ["index", *axes, "picture", *COUNT_COLUMNS.values(), "seconds", "output", "error"]
+def header(axes: Iterable[str], *, accuracy: bool = False) -> list[str]:
+    """Return the names of the columns; with two more at the end where a study asks for an accuracy."""
+    more = ["achieved", "traced_by"] if accuracy else []
+    return ["index", *axes, "picture", *COUNT_COLUMNS.values(), "seconds", "output", "error", *more]
 
 
-def cells(row: Row, axes: Iterable[str], folder: Path | None = None) -> list[str]:
+def cells(row: Row, axes: Iterable[str], folder: Path | None = None, *, accuracy: bool = False) -> list[str]:
     """Return a row's cells, in the order of `header`.
 
     Parameters
@@ -71,6 +73,9 @@ def cells(row: Row, axes: Iterable[str], folder: Path | None = None) -> list[str
         The study's axes in order.
     folder : Path, optional
         Put before the output's name, so that the cell can be opened from where one stands.
+    accuracy : bool
+        As for `header`: the error that 99 % of the rays land within, in the unit asked for, and the method and
+        precision that were chosen.
     """
     counts = row.counts or {}
     output = row.output if folder is None else str(folder / row.output)
@@ -82,14 +87,17 @@ def cells(row: Row, axes: Iterable[str], folder: Path | None = None) -> list[str
         "" if row.seconds is None else f"{row.seconds:.6f}",
         output if row.state == "done" else "",
         row.error or "",
+        *(_achieved(row) if accuracy else ()),
     ]
 
 
-def csv_lines(rows: Iterable[Row], axes: Sequence[str], folder: Path | None = None) -> Iterator[str]:
+def csv_lines(
+    rows: Iterable[Row], axes: Sequence[str], folder: Path | None = None, *, accuracy: bool = False
+) -> Iterator[str]:
     """Yield the table as CSV (RFC 4180, lines ending in a newline), the header first, each row as it comes."""
-    yield csv_line(header(axes))
+    yield csv_line(header(axes, accuracy=accuracy))
     for row in rows:
-        yield csv_line(cells(row, axes, folder))
+        yield csv_line(cells(row, axes, folder, accuracy=accuracy))
 
 
 def csv_line(values: Iterable[str]) -> str:
@@ -97,6 +105,13 @@ def csv_line(values: Iterable[str]) -> str:
     line = io.StringIO()
     csv.writer(line, lineterminator="").writerow(values)
     return line.getvalue()
+
+
+def _achieved(row: Row) -> tuple[str, str]:
+    if row.achieved is None:
+        return "", ""
+    numerics = row.achieved["numerics"]
+    return f"{row.achieved['error']:.3g}", ", ".join(str(value) for value in numerics.values())
 
 
 def _cell(value: Any) -> str:

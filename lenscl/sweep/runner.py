@@ -23,20 +23,20 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from lenscl.accuracy import SelfCheck, check_map
-from lenscl.config import Point
+from lenscl.accuracy import Achieved, Planner, SelfCheck, check_map, largest_size
+from lenscl.config import Point, Scene
 from lenscl.device import Device, choose
-from lenscl.errors import LensclError, NoDeviceError
+from lenscl.errors import LensclError, NoDeviceError, StudyError
 from lenscl.imaging import Encoding, Painter, write_image
 from lenscl.sweep.cleaning import clear_folder, remove_leftovers
 from lenscl.sweep.errors import SweepError
 from lenscl.sweep.lock import folder_lock
 from lenscl.sweep.painting import paint_as_told, refused_format
 from lenscl.sweep.pictures import PictureReader
-from lenscl.sweep.plan import SweepPlan
+from lenscl.sweep.plan import SweepPlan, structure_text
 from lenscl.sweep.rows import Row
 from lenscl.sweep.store import Planned, Stamp, Store
-from lenscl.tracing import RayMap, trace
+from lenscl.tracing import RayMap
 
 _ENCODERS = max(1, min(4, os.cpu_count() or 1))
 _LONGEST_REASON = 1000  # characters of an error that a row keeps
@@ -76,7 +76,12 @@ def run_sweep(
         if fresh:
             clear_folder(plan.out)
         store = stack.enter_context(Store.writing(plan.out))
-        about = {"title": plan.study.title, "axes": list(plan.study.axes), "program": plan.program}
+        about = {
+            "title": plan.study.title,
+            "axes": list(plan.study.axes),
+            "accuracy": plan.asks_accuracy,
+            "program": plan.program,
+        }
         if plan.study.path is not None:
             about["study"] = plan.study_mark
         try:
@@ -99,11 +104,20 @@ class _Task:
 
 
 @dataclass(frozen=True, slots=True)
+class _Traced:
+    """A point's map, with what is known of it."""
+
+    raymap: RayMap
+    painter: Painter
+    checks: SelfCheck
+    achieved: Achieved | None
+
+
+@dataclass(frozen=True, slots=True)
 class _Painted:
     """An image on its way to disk."""
 
-    raymap: RayMap
-    checks: SelfCheck
+    traced: _Traced
     paint_seconds: float
     written: Future[tuple[float, Stamp]]
 
@@ -121,7 +135,10 @@ class _Runner:
         # What is settled or on its way, in work order: kept from before, painted, or the text of a failure
         self._line: deque[tuple[Row, _Painted | str | None]] = deque()
         self._point: int | None = None  # the one at hand, and what its trace yielded or why it failed
-        self._traced: tuple[RayMap, Painter, SelfCheck] | str = ""
+        self._traced: _Traced | str = ""
+        self._planner = Planner(self.device)
+        self._size = largest_size(self.plan.study.scene, self.plan.study.images)
+        self._first: dict[str, Scene | None] = {}  # of the points of one structure, the scene of the first
 
     def rows(self) -> Iterator[Row]:
         """Work through the list; see `run_sweep`."""
@@ -152,9 +169,8 @@ class _Runner:
             traced = self._trace(task.point)
             if isinstance(traced, str):
                 return traced
-            raymap, painter, checks = traced
             start = time.perf_counter()
-            painted, encoding = paint_as_told(painter, picture, task.point.scene, image_format)
+            painted, encoding = paint_as_told(traced.painter, picture, task.point.scene, image_format)
             seconds = time.perf_counter() - start
         except NoDeviceError:
             raise
@@ -162,19 +178,36 @@ class _Runner:
             return _reason(error)
         path = self.plan.out / task.row.output
         metadata = self.plan.metadata(task.point, self.plan.pictures[task.picture])
-        return _Painted(raymap, checks, seconds, self.encoders.submit(_write, path, painted, metadata, encoding))
+        return _Painted(traced, seconds, self.encoders.submit(_write, path, painted, metadata, encoding))
 
-    def _trace(self, point: Point) -> tuple[RayMap, Painter, SelfCheck] | str:
+    def _trace(self, point: Point) -> _Traced | str:
         if self._point != point.index:
             self._point, self._traced = point.index, ""  # let go of the last map before the next one is made
             try:
-                raymap = trace(point.scene, device=self.device)
-                self._traced = raymap, Painter(raymap), _checked(raymap)
+                raymap, achieved = self._planner.trace(point.scene, size=self._size, like=self._like(point))
+                self._traced = _Traced(raymap, Painter(raymap), _checked(raymap), achieved)
             except NoDeviceError:
                 raise
             except Exception as error:  # one bad point fails alone
                 self._traced = _reason(error)
         return self._traced
+
+    def _like(self, point: Point) -> Scene | None:
+        """Return the scene whose plan serves all points of this one's structure: the first in the study's order.
+
+        It is the same one whatever an earlier run has done already, so that a sweep that goes on makes what it would
+        have made in one go.
+        """
+        if point.scene.numerics.accuracy is None:
+            return None
+        text = structure_text(point)
+        if text not in self._first:
+            first = next(other for other, structure in self.plan.structures() if structure == text)
+            try:
+                self._first[text] = first.scene
+            except StudyError:  # it fails alone, and the others plan for themselves
+                self._first[text] = None
+        return self._first[text]
 
     def _settled(self, *, room_for: int) -> Iterator[Row]:
         """Note and yield, in order, what is ready; wait while more than `room_for` are on their way."""
@@ -198,7 +231,7 @@ class _Runner:
         except Exception as error:  # an image that cannot be written fails alone
             self.store.fail(row.output, _reason(error))
             return
-        raymap = outcome.raymap
+        raymap, achieved = outcome.traced.raymap, outcome.traced.achieved
         self.store.finish(
             row.output,
             counts=raymap.counts(),
@@ -206,7 +239,8 @@ class _Runner:
             stamp=stamp,
             device=raymap.device.label,
             kernel=raymap.kernel.key,
-            checks=outcome.checks.as_json(),
+            checks=outcome.traced.checks.as_json(),
+            achieved=None if achieved is None else achieved.as_json(),
         )
 
 

@@ -45,7 +45,8 @@ CREATE TABLE run (
     size INTEGER, changed_ns INTEGER, digest TEXT,  -- of the output as written
     device TEXT, kernel TEXT,    -- what traced it
     error TEXT,
-    checks TEXT                  -- JSON, what the self-checks of its point's trace found
+    checks TEXT,                 -- JSON, what the self-checks of its point's trace found
+    achieved TEXT                -- JSON, how accurate the trace is; NULL: no accuracy was asked for
 );
 CREATE INDEX run_of_point ON run (point, position);
 PRAGMA application_id = {_APPLICATION_ID};
@@ -55,7 +56,7 @@ PRAGMA user_version = {SCHEMA_VERSION};
 # A planned run keeps what is known of it if it was done under the same key; otherwise it is pending, and blank
 _RESULTS = (
     "counts", "trace_seconds", "paint_seconds", "write_seconds", "size", "changed_ns", "digest", "device", "kernel",
-    "checks",
+    "checks", "achieved",
 )  # fmt: skip
 _IS_KEPT = "run.key = excluded.key AND run.state = 'done'"
 _PLAN = f"""
@@ -68,7 +69,8 @@ ON CONFLICT (output) DO UPDATE SET
 """
 _RESET = f"UPDATE run SET {', '.join(f'{name} = NULL' for name in _RESULTS)}, state = ?, error = ? WHERE output = ?"
 _ROW_COLUMNS = (
-    "output, point, parameters, picture, state, counts, trace_seconds, paint_seconds, write_seconds, error, checks"
+    "output, point, parameters, picture, state, counts, trace_seconds, paint_seconds, write_seconds, error, checks, "
+    "achieved"
 )
 
 
@@ -198,16 +200,17 @@ class Store:
         return None
 
     def finish(self, output: str, *, counts: Mapping[RayStatus, int], seconds: tuple[float, float, float],
-               stamp: Stamp, device: str, kernel: str, checks: Mapping[str, Any] | None = None) -> None:  # fmt: skip
+               stamp: Stamp, device: str, kernel: str, checks: Mapping[str, Any] | None = None,
+               achieved: Mapping[str, Any] | None = None) -> None:  # fmt: skip
         """Note that an output was made; `seconds` are those of its trace, paint and write."""
         with self._transaction() as execute:
             execute.execute(
                 "UPDATE run SET state = 'done', counts = ?, trace_seconds = ?, paint_seconds = ?, write_seconds = ?, "
-                "size = ?, changed_ns = ?, digest = ?, device = ?, kernel = ?, checks = ?, error = NULL "
-                "WHERE output = ?",
+                "size = ?, changed_ns = ?, digest = ?, device = ?, kernel = ?, checks = ?, achieved = ?, "
+                "error = NULL WHERE output = ?",
                 (_json({status.name.lower(): int(n) for status, n in counts.items()}), *seconds,
                  stamp.size, stamp.changed_ns, stamp.digest, device, kernel,
-                 None if checks is None else _json(checks), output),
+                 None if checks is None else _json(checks), None if achieved is None else _json(achieved), output),
             )  # fmt: skip
 
     def fail(self, output: str, error: str) -> None:
@@ -263,7 +266,7 @@ class Store:
 
 def _row(output: str, point: int, parameters: str, picture: str, state: Any, counts: str | None,
          trace_seconds: float | None, paint_seconds: float | None, write_seconds: float | None,
-         error: str | None, checks: str | None) -> Row:  # fmt: skip
+         error: str | None, checks: str | None, achieved: str | None) -> Row:  # fmt: skip
     return Row(
         output=output,
         index=point,
@@ -276,6 +279,7 @@ def _row(output: str, point: int, parameters: str, picture: str, state: Any, cou
         write_seconds=write_seconds,
         error=error,
         checks=None if checks is None else json.loads(checks),
+        achieved=None if achieved is None else json.loads(achieved),
     )
 
 

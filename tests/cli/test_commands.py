@@ -11,7 +11,7 @@ import pytest
 from lenscl.cli import main
 
 COMMANDS = sorted(main.commands)
-EXPECTED = "bench check devices doctor export kernel lenses map new render schema sweep"
+EXPECTED = "bench check devices doctor export kernel lenses map new pareto render schema sweep"
 
 
 def test_the_commands_are_those_of_this_version() -> None:
@@ -60,7 +60,7 @@ def test_help_and_version_import_nothing_heavy() -> None:
     for flag in ("--help", "--version"):
         done = subprocess.run([sys.executable, "-c", probe, flag], capture_output=True, text=True, timeout=60)
         loaded = done.stderr.split()
-        assert "lenscl.cli.work" in loaded
+        assert "lenscl.cli.sweep" in loaded
         assert [name for name in heavy if name in loaded] == []
 
 

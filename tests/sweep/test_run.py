@@ -4,6 +4,8 @@ import csv
 import io
 import json
 import os
+import re
+import sqlite3
 import threading
 import time
 from collections.abc import Callable
@@ -12,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lenscl.accuracy import Failure, SelfCheck
+from lenscl.accuracy import Failure, Planner, SelfCheck, planner
 from lenscl.config import load_study
 from lenscl.device import compile_count
 from lenscl.errors import TraceError
@@ -52,8 +54,8 @@ def test_a_sweep_over_numbers_builds_one_trace_program_and_traces_each_point_onc
     study_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     traced = []
-    real = runner.trace
-    monkeypatch.setattr(runner, "trace", lambda scene, **options: traced.append(scene) or real(scene, **options))
+    real = planner.trace
+    monkeypatch.setattr(planner, "trace", lambda scene, **options: traced.append(scene) or real(scene, **options))
     before = compile_count()
     sweep(study_path, study_path.parent / "out")
     assert compile_count() - before <= 1
@@ -86,7 +88,7 @@ def test_a_second_run_makes_nothing_and_lists_the_same_rows(study_path: Path, mo
     out = study_path.parent / "out"
     axes = load_study(study_path).axes
     first = list(csv_lines(sweep(study_path, out), axes))
-    monkeypatch.setattr(runner, "trace", lambda *_, **__: pytest.fail("nothing needs tracing"))
+    monkeypatch.setattr(planner, "trace", lambda *_, **__: pytest.fail("nothing needs tracing"))
     again = sweep(study_path, out)
     assert list(csv_lines(again, axes)) == first
     assert all(row.kept for row in again)
@@ -166,14 +168,14 @@ def test_a_picture_that_changes_while_the_sweep_runs_fails_alone(study_path: Pat
 
 
 def test_a_point_that_cannot_be_traced_fails_alone(study_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = runner.trace
+    real = planner.trace
 
     def faulty(scene, **options):
         if scene.lenses[0].values["c"] == 0.6 and scene.lenses[0].n == 1.3:
             raise RuntimeError("the driver\nstumbled")
         return real(scene, **options)
 
-    monkeypatch.setattr(runner, "trace", faulty)
+    monkeypatch.setattr(planner, "trace", faulty)
     rows = sweep(study_path, study_path.parent / "out")
     assert [row.index for row in rows if row.state == "failed"] == [2, 2, 2]  # nothing else is harmed
     assert rows[6].error == "RuntimeError: the driver stumbled"
@@ -404,3 +406,52 @@ def test_checks_that_fail_or_break_off_fail_no_row(
     assert [row.checks["failed"] for row in rows] == [0, 0, 0, 1, 1, 1] * 2
     assert str(error) in rows[0].checks["error"]
     assert SelfCheck.from_json(rows[3].checks).failures == (failure,)
+
+
+def accurate(study_path: Path, wish: str) -> Path:
+    """Let a study ask for an accuracy."""
+    text = study_path.read_text()
+    text = re.sub(r"\[numerics\][^\[]*", "", text)
+    study_path.write_text(f"{text}\n[numerics]\naccuracy = {wish!r}\n")
+    return study_path
+
+
+def test_a_study_that_asks_for_an_accuracy_says_what_it_achieved(study_path: Path) -> None:
+    path = accurate(study_path, "1e-3 px")
+    rows = sweep(path, path.parent / "out")
+    assert {row.state for row in rows} == {"done"}
+    for row in rows:
+        assert row.achieved is not None
+        assert row.achieved["error"] <= 1e-3
+        assert row.achieved["differ"] <= 1e-3
+        assert row.achieved["rays"] >= 10
+    axes = load_study(path).axes
+    table = list(csv.DictReader(io.StringIO("\n".join(csv_lines(rows, axes, accuracy=True)))))
+    assert all(float(line["achieved"]) <= 1e-3 for line in table)
+    assert all("double" in line["traced_by"] or "mixed" in line["traced_by"] for line in table)
+    assert next(csv_lines(rows, axes)).endswith(",error")  # a study that does not ask has no such columns
+
+
+def test_points_of_one_structure_are_planned_once_and_by_the_first_whatever_is_done_already(
+    study_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = accurate(study_path, "10 px")
+    planned = []
+    real = Planner.plan
+    monkeypatch.setattr(Planner, "plan", lambda self, scene, *rest: planned.append(scene) or real(self, scene, *rest))
+    out = path.parent / "out"
+    sweep(path, out)
+    first = next(load_study(path).points()).scene
+    assert set(planned) == {first}
+    planned.clear()
+    with sqlite3.connect(out / STORE_NAME) as table:
+        table.execute("UPDATE run SET state = 'pending' WHERE point = 3")
+    sweep(path, out)
+    assert set(planned) == {first}
+
+
+def test_an_accuracy_that_a_point_cannot_reach_fails_that_point_by_name(study_path: Path) -> None:
+    path = accurate(study_path, "1e-17 px")
+    rows = sweep(path, path.parent / "out")
+    assert {row.state for row in rows} == {"failed"}
+    assert all(row.error is not None and "cannot be reached" in row.error for row in rows)

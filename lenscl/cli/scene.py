@@ -1,0 +1,165 @@
+"""The commands that trace one scene: render and map."""
+# ruff: noqa: D301 - a backspace, not an escaped one, tells click to leave a paragraph as it is
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lenscl.cli.group import open_study, plain, set_option, study_argument
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from lenscl.accuracy import Achieved
+    from lenscl.config import Study
+    from lenscl.status import RayStatus
+    from lenscl.tracing import RayMap
+
+
+@click.command()
+@study_argument
+@set_option
+@click.option(
+    "-i", "--image", type=click.Path(path_type=Path), metavar="IMAGE",
+    help="The picture to paint with; default: the study's first.",
+)  # fmt: skip
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", required=True,
+    help="File to write; its ending says the format.",
+)  # fmt: skip
+def render(study_path: Path, overrides: tuple[str, ...], image: Path | None, output: Path) -> None:
+    """Paint one picture as a study's scene shows it, its axes left out.
+
+    \b
+    Example:
+      lenscl render configs/torus.toml -o torus.png
+      lenscl render configs/torus.toml --set lens.r=0.2 -i cat.jpg -o cat.png
+    """
+    from lenscl.errors import StudyError
+
+    study = open_study(study_path, overrides)
+    if image is None and not study.images:
+        raise StudyError(["picture.images: the study names no picture; give one with -i IMAGE"])
+    _render(study, image or study.images[0], output)
+
+
+@click.command("map")
+@study_argument
+@set_option
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", required=True,
+    help="File to write: .exr (an ST map) or .npz (every array of the ray map).",
+)  # fmt: skip
+@click.option(
+    "--error", "with_error", is_flag=True,
+    help="Add a bound on the error of every place: a channel or array called error.",
+)  # fmt: skip
+def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error: bool) -> None:
+    """Write where every film pixel looks, without any picture.
+
+    An EXR file is an ST map as compositors read it: red s, green 1 - t, alpha 1 on the picture. An NPZ file holds
+    every array of the ray map, and the scene.
+
+    With --error each pixel has a bound on the error of s and t, the larger of the two, against exact physics of the
+    scene as written, in picture coordinates; in an EXR what its single precision loses is added. The bound compares:
+    every ray is traced again in double precision, and the distance to that is added to what double itself may be off,
+    seen from four starts moved by roundings. It is -1 where the ray has no place, or where rounding may decide its
+    path. It is not proved but validated: see the README for how often it held.
+
+    \b
+    Example:
+      lenscl map configs/torus.toml -o torus.exr
+      lenscl map configs/torus.toml --set lens.r=0.2 -o torus.npz
+      lenscl map configs/torus.toml --set numerics.precision=single --error -o torus.exr
+    """
+    from lenscl.imaging import write_map
+
+    study = open_study(study_path, overrides)
+    raymap, achieved = _trace(study, study.images)
+    error = None
+    if with_error:
+        from lenscl.accuracy import error_map
+
+        error = error_map(raymap)
+    write_map(output, raymap, error)
+    _report(output, raymap, achieved)
+    if error is not None:
+        click.echo(_bounded(raymap, error), err=True)
+
+
+def _counted(counts: Mapping[RayStatus, int]) -> str:
+    return ", ".join(f"{count} {status.name.lower().replace('_', ' ')}" for status, count in counts.items() if count)
+
+
+def _bounded(raymap: RayMap, error: NDArray[np.float64]) -> str:
+    """Say how large the error bounds are, and how many pixels have none, and why."""
+    import numpy as np
+
+    from lenscl.status import RayStatus
+
+    some = error[error >= 0]
+    lands = np.isin(raymap.status, [status for status in RayStatus if status.lands])
+    parts = [f"{some.size} of {error.size} pixels have an error bound"]
+    if some.size:
+        quantiles = np.quantile(some, (0.5, 0.99, 1.0))
+        largest_side = max(raymap.scene.picture.size)
+        for unit, size in (("px of the picture", largest_side), ("in coordinates", 1)):
+            median, high, largest = quantiles * size
+            parts.append(f"median {median:.2g}, 99 % {high:.2g}, largest {largest:.2g} {unit}")
+    if homeless := int((~lands).sum()):
+        parts.append(f"{homeless} have none as they land nowhere")
+    if unsure := int((lands & (error < 0)).sum()):
+        parts.append(f"{unsure} have none as rounding may decide their path")
+    return "; ".join(parts)
+
+
+def _render(study: Study, image: Path, output: Path) -> None:
+    from lenscl.imaging import Painter, read_picture, write_image
+    from lenscl.sweep import paint_as_told
+    from lenscl.version import program_version
+
+    picture = read_picture(image)
+    raymap, achieved = _trace(study, [*study.images, image])
+    painted, encoding = paint_as_told(Painter(raymap), picture, study.scene, output.suffix.lower()[1:])
+    metadata = {
+        "program": program_version(),
+        "title": study.title,
+        "picture": os.fsencode(image.name).decode("utf-8", "backslashreplace"),
+        "scene": study.scene.to_toml(),
+    }
+    write_image(output, painted, metadata=metadata, encoding=encoding)
+    _report(output, raymap, achieved)
+
+
+def _trace(study: Study, images: Iterable[Path]) -> tuple[RayMap, Achieved | None]:
+    """Trace a study's scene as it asks, pixels being those of the largest of some images."""
+    from lenscl.accuracy import largest_size, planner_of
+
+    return planner_of().trace(study.scene, size=largest_size(study.scene, images))
+
+
+def _report(output: Path, raymap: RayMap, achieved: Achieved | None) -> None:
+    """Print how the rays ended, how accurate they are where that was asked, and what the map's self-checks found.
+
+    The result stands, whatever they find.
+    """
+    from lenscl.accuracy import SelfCheck, check_map
+    from lenscl.errors import LensclError
+
+    click.echo(plain(f"{output}: {_counted(raymap.counts())}"), err=True)
+    if achieved is not None:
+        click.echo(plain(f"accuracy: {achieved}, against {achieved.against}"), err=True)
+    try:
+        checks = check_map(raymap)
+    except LensclError as error:
+        checks = SelfCheck(error=" ".join(str(error).split()))
+    click.echo(plain(checks.summary()), err=True)
+    for text in checks.warnings():
+        click.echo(plain(f"warning: {text}"), err=True)
