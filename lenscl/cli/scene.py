@@ -85,32 +85,31 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
     raymap, achieved = _trace(study, study.images)
     error = None
     if with_error:
-        from lenscl.accuracy import error_map
+        from lenscl.accuracy import error_map, largest_size
 
         error = error_map(raymap)
     write_map(output, raymap, error)
     _report(output, raymap, achieved)
     if error is not None:
-        click.echo(_bounded(raymap, error), err=True)
+        click.echo(_bounded(raymap, error, max(largest_size(study.scene, study.images))), err=True)
 
 
 def _counted(counts: Mapping[RayStatus, int]) -> str:
     return ", ".join(f"{count} {status.name.lower().replace('_', ' ')}" for status, count in counts.items() if count)
 
 
-def _bounded(raymap: RayMap, error: NDArray[np.float64]) -> str:
-    """Say how large the error bounds are, and how many pixels have none, and why."""
+def _bounded(raymap: RayMap, error: NDArray[np.float64], pixels: int) -> str:
+    """Say how large the error bounds are on a picture of so many pixels, and how many have none, and why."""
     import numpy as np
 
     from lenscl.status import RayStatus
 
     some = error[error >= 0]
     lands = np.isin(raymap.status, [status for status in RayStatus if status.lands])
-    parts = [f"{some.size} of {error.size} pixels have an error bound"]
+    parts = [f"error bounds: {some.size} of {error.size} pixels have one"]
     if some.size:
         quantiles = np.quantile(some, (0.5, 0.99, 1.0))
-        largest_side = max(raymap.scene.picture.size)
-        for unit, size in (("px of the picture", largest_side), ("in coordinates", 1)):
+        for unit, size in (("px of the picture", pixels), ("in coordinates", 1)):
             median, high, largest = quantiles * size
             parts.append(f"median {median:.2g}, 99 % {high:.2g}, largest {largest:.2g} {unit}")
     if homeless := int((~lands).sum()):

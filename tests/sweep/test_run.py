@@ -417,17 +417,17 @@ def accurate(study_path: Path, wish: str) -> Path:
 
 
 def test_a_study_that_asks_for_an_accuracy_says_what_it_achieved(study_path: Path) -> None:
-    path = accurate(study_path, "1e-3 px")
+    path = accurate(study_path, "1e-5 px")
     rows = sweep(path, path.parent / "out")
     assert {row.state for row in rows} == {"done"}
     for row in rows:
         assert row.achieved is not None
-        assert row.achieved["error"] <= 1e-3
+        assert row.achieved["error"] <= 1e-5
         assert row.achieved["differ"] <= 1e-3
         assert row.achieved["rays"] >= 10
     axes = load_study(path).axes
     table = list(csv.DictReader(io.StringIO("\n".join(csv_lines(rows, axes, accuracy=True)))))
-    assert all(float(line["achieved"]) <= 1e-3 for line in table)
+    assert all(float(line["achieved"]) <= 1e-5 for line in table)
     assert all("double" in line["traced_by"] or "mixed" in line["traced_by"] for line in table)
     assert next(csv_lines(rows, axes)).endswith(",error")  # a study that does not ask has no such columns
 
