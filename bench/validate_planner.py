@@ -20,10 +20,10 @@ import tomli_w
 
 from lenscl import scene_from_toml
 from lenscl.accuracy import CalibrationCache, Combination, Planner
+from lenscl.accuracy.achieved import wanted_of
 from lenscl.accuracy.calibration import best_times
 from lenscl.accuracy.combination import MARCH, every_combination
 from lenscl.accuracy.judgement import MOST_DIFFER, judge
-from lenscl.accuracy.planner import wanted_of
 from lenscl.accuracy.sample import Sample
 from lenscl.accuracy.truth import Truth
 from lenscl.config import Scene

@@ -16,6 +16,7 @@ laws that every path obeys.
 
 from __future__ import annotations
 
+from lenscl.accuracy.achieved import Achieved
 from lenscl.accuracy.asked import planner_of, trace, trace_rays
 from lenscl.accuracy.bounds import NO_BOUND, Places, error_at, error_map, pixel_bounds, place_bounds
 from lenscl.accuracy.calibration import CalibrationCache
@@ -29,7 +30,8 @@ from lenscl.accuracy.frozen import FrozenKernel
 from lenscl.accuracy.measurement import Circumstances, Error, Measurement, Quantiles, Run
 from lenscl.accuracy.peak import multiply_add_peak
 from lenscl.accuracy.pictures import largest_size
-from lenscl.accuracy.planner import Achieved, Plan, Planner
+from lenscl.accuracy.planner import Planner
+from lenscl.accuracy.planning import Plan
 from lenscl.accuracy.scenes import Row, plan_rows, scene_files
 from lenscl.accuracy.selfcheck import check_map
 from lenscl.accuracy.store import Store

@@ -13,9 +13,9 @@ from scenes import make_scene
 
 import lenscl
 from lenscl.accuracy import CalibrationCache, Planner
+from lenscl.accuracy.achieved import check
 from lenscl.accuracy.combination import Combination
 from lenscl.accuracy.judgement import judge
-from lenscl.accuracy.planner import check
 from lenscl.accuracy.sample import Sample
 from lenscl.accuracy.truth import Truth
 from lenscl.config import Accuracy, Scene
@@ -46,7 +46,7 @@ def times(monkeypatch: pytest.MonkeyPatch) -> list[Scene]:
         timed.extend(scenes)
         return [made_up(scene) for scene in scenes]
 
-    monkeypatch.setattr("lenscl.accuracy.planner.best_times", best_times)
+    monkeypatch.setattr("lenscl.accuracy.planning.best_times", best_times)
     return timed
 
 
@@ -146,7 +146,7 @@ def test_what_cannot_be_reached_is_refused_and_what_can_is_said(here: Planner) -
 
 
 def test_where_rounding_decides_too_many_paths_that_is_said(here: Planner, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lenscl.accuracy.planner.MOST_DIFFER", -1.0)
+    monkeypatch.setattr("lenscl.accuracy.achieved.MOST_DIFFER", -1.0)
     scene = make_scene({"surface": "torus"}, film=FILM, numerics={"accuracy": "1 px"})
     with pytest.raises(StudyError, match="end otherwise than they should"):
         here.trace(scene)

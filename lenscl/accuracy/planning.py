@@ -1,0 +1,192 @@
+"""Find the cheapest way to trace one scene that is as accurate as the scene asks.
+
+The plan is made on a film of at most 2^18 pixels: every ray of it is traced in double precision with a bound on its
+error, and combinations are tried against that, the cheapest first. Where the bounds are too wide for the wish,
+certified answers take their place.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lenscl.accuracy.achieved import (
+    CERTIFIED_RAYS,
+    Achieved,
+    achieved_by,
+    is_too_wide,
+    unreachable,
+    wanted_of,
+    with_certified_error,
+)
+from lenscl.accuracy.calibration import Calibration, CalibrationCache, best_times, key_of
+from lenscl.accuracy.combination import MARCH, Combination, precisions_of, serving
+from lenscl.accuracy.front import coarser, require_lens
+from lenscl.accuracy.judgement import MOST_DIFFER, judge
+from lenscl.accuracy.sample import Sample
+from lenscl.accuracy.truth import Truth
+from lenscl.codegen import Precision
+from lenscl.config import Scene
+from lenscl.device import Device
+from lenscl.tracing import Placement, RayMap, trace
+
+_PIXELS = (2**13, 2**18)  # of the film that a plan is made on: the fewest that tell a share of 0.1 %, and the most
+_SECONDS = 2.0  # that tracing it with error bounds may take
+_BOUNDED_TRACES = 5  # of every ray, for its bound
+_MARGIN = 0.9  # of the wish: another film of the same scene has another 99 % quantile, by a few per cent
+_MARGIN_OF_MARCH = 0.7  # of the share that may end otherwise, of which a march's steps would take all there is
+_NEAR = 1.6  # times the best: within so much, combinations are timed again on the scene itself
+_ALIKE = 1.08  # times the fastest: noise
+_WORTH = 1.2  # a march must be faster than a guaranteed search by so much to be taken
+_WEAK = 0.05  # indices that differ by so little: there alone the paraxial rule can be accurate
+_USUAL_STEPS, _COARSER = 30, 2.0  # steps of a march that a calibration is of; coarser ones may be so much faster
+_FEWEST_STEPS, _MOST_STEPS, _FINER = 8, 2000, 1.3  # of a march across the largest lens, and from one try to the next
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """The combination for a scene, with what was seen of it on the film that it was planned on."""
+
+    achieved: Achieved
+    ns: float
+
+    @property
+    def combination(self) -> Combination:
+        """How to trace."""
+        return self.achieved.combination
+
+
+class Planning:
+    """A plan in the making, for one scene."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        size: tuple[int, int] | None,
+        device: Device,
+        cache: CalibrationCache,
+        without: frozenset[Combination],
+    ) -> None:
+        self.without = without
+        self.wanted, self.size, self.device, self.cache = wanted_of(scene), size, device, cache
+        self.best = Combination(method="auto", precision=precisions_of(device)[-1])
+        self.scene = self._small(scene)
+        self.reference = trace(self.best.of(self.scene), device=device)
+        require_lens(self.reference)
+        self.truth = Truth.bounded(self.best.of(self.scene), np.arange(self.reference.status.size), device)
+        self.maps: dict[Combination, RayMap] = {self.best: self.reference}
+
+    def plan(self) -> Plan:
+        """Return the cheapest combination that is accurate enough."""
+        times = self._calibration()
+        near: list[Achieved] = []
+        seen: list[Achieved] = []
+        first = math.inf
+        for combination, ns in sorted(times.items(), key=lambda pair: pair[1]):
+            if combination.method == MARCH or ns > _NEAR * first:
+                continue
+            seen.append(self._judged(combination))
+            if self._is_enough(seen[-1]):
+                near.append(seen[-1])
+                first = min(first, ns)
+        if not near and is_too_wide(self.truth, self.scene, self.wanted, self.size):
+            seen = self._by_certified_answers(seen)
+            near = [each for each in seen if self._is_enough(each)]
+        if not near:
+            raise unreachable(min(seen, key=lambda each: (each.differ > MOST_DIFFER, each.error)))
+        near += [each for each in self._paraxial(near) if self._is_enough(each)]
+        plan = self._fastest(near)
+        return self._march(plan, times, {each.combination.precision for each in near})
+
+    def _small(self, scene: Scene) -> Scene:
+        """Return the scene with a film that can be traced again and again."""
+        fewest, most = _PIXELS
+        small = coarser(scene, fewest)
+        ns = best_times([self.best.of(small)], self.device, rounds=1)[0]
+        return coarser(scene, int(min(max(_SECONDS * 1e9 / (_BOUNDED_TRACES * ns), fewest), most)))
+
+    def _calibration(self) -> dict[Combination, float]:
+        """Return the times of all searches in all precisions; of the march with so many steps through the lens."""
+        key = key_of(self.scene, self.device)
+        kept = self.cache.get(key)
+        if kept is None:
+            tried = [
+                Combination(method=name, precision=precision)
+                for precision in precisions_of(self.device)
+                for name in serving(self.scene)
+            ]
+            scenes = [self._usual(each).of(self.scene) for each in tried]
+            times = best_times(scenes, self.device)
+            kept = Calibration(about=key, ns=tuple(zip(tried, times, strict=True)))
+            self.cache.keep(kept)
+        return dict(kept.ns)
+
+    def _usual(self, combination: Combination) -> Combination:
+        return self._stepped(combination, _USUAL_STEPS) if combination.method == MARCH else combination
+
+    def _stepped(self, march: Combination, parts: float) -> Combination:
+        across = max(Placement.of(lens).diagonal() for lens in self.scene.lenses)
+        return replace(march, step=float(f"{across / parts:.2g}"))
+
+    def _judged(self, combination: Combination) -> Achieved:
+        return achieved_by(judge(self._map(combination), self.truth, None, self.size), self.wanted, combination)
+
+    def _map(self, combination: Combination) -> RayMap:
+        if combination not in self.maps:
+            self.maps[combination] = trace(combination.of(self.scene), device=self.device)
+        return self.maps[combination]
+
+    def _is_enough(self, achieved: Achieved) -> bool:
+        lost = _MARGIN_OF_MARCH if achieved.combination.method == MARCH else _MARGIN
+        is_accurate = achieved.error <= _MARGIN * self.wanted.value and achieved.differ <= lost * MOST_DIFFER
+        return is_accurate and achieved.combination not in self.without
+
+    def _fastest(self, some: list[Achieved]) -> Plan:
+        """Return the fastest; of several that are nearly as fast, the most accurate."""
+        times = best_times([each.combination.of(self.scene) for each in some], self.device)
+        as_fast = [pair for pair in zip(times, some, strict=True) if pair[0] <= _ALIKE * min(times)]
+        ns, achieved = min(as_fast, key=lambda pair: pair[1].error)
+        return Plan(achieved=achieved, ns=ns)
+
+    def _by_certified_answers(self, seen: list[Achieved]) -> list[Achieved]:
+        """Judge again, of what the error bounds were too wide for, what may be accurate to the last digits."""
+        exact = [each for each in seen if each.combination.precision != "single"]
+        sample = Sample.of(self.reference, CERTIFIED_RAYS)
+        truth = Truth.certified(self.scene, sample.pixels)
+        return [
+            with_certified_error(each, judge(self._map(each.combination), truth, sample.drawn, self.size))
+            for each in exact or seen
+        ]
+
+    def _paraxial(self, near: list[Achieved]) -> list[Achieved]:
+        """Return what the paraxial rule achieves, where the lenses are so weak that it may be enough."""
+        medium = self.scene.n_medium
+        if any(abs(math.log(lens.n / medium)) > _WEAK for lens in self.scene.lenses):
+            return []
+        return [self._judged(replace(each.combination, snell="paraxial")) for each in near]
+
+    def _march(self, plan: Plan, times: dict[Combination, float], precisions: set[Precision]) -> Plan:
+        """Return the march in the place of a guaranteed search, where it is accurate enough and so much faster.
+
+        Its time is nearly that of its steps, so it is tried from coarse steps to fine ones, until it loses few enough
+        rays or is too slow.
+        """
+        if any(each.method == MARCH for each in self.without):
+            return plan  # one that seemed good enough was not: there is no relying on them here
+        for march in (Combination(method=MARCH, precision=each) for each in precisions_of(self.device)):
+            if march.precision not in precisions or times[march] > _COARSER * plan.ns:
+                continue
+            parts = float(_FEWEST_STEPS)
+            while parts <= _MOST_STEPS:
+                combination = self._stepped(march, parts)
+                both = [each.of(self.scene) for each in (plan.combination, combination)]
+                now, ns = best_times(both, self.device)
+                if ns * (1.0 if plan.combination.method == MARCH else _WORTH) > now:
+                    break
+                if self._is_enough(achieved := self._judged(combination)):
+                    plan = Plan(achieved=achieved, ns=ns)
+                    break
+                parts *= _FINER
+        return plan
