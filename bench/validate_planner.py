@@ -33,7 +33,6 @@ from lenscl.lenses import catalogue
 from lenscl.tracing import trace
 
 FILM = 256  # a side
-ROUNDS = 5
 RAYS = {"many": 30, "edge": 60, "steep": 80, "lens": 400, "free": 30}
 TRIES = 20  # of a scene that shows no lens
 EXPRESSIONS = (
@@ -115,7 +114,7 @@ def outcome(scene: Scene, name: str, folder: Path) -> Outcome:
         found = judge(trace(each.of(scene), device=device), truth)
         if found.pixels.high.value <= wanted.value and found.differ.value <= MOST_DIFFER:
             good.append(each)
-    times = best_times([each.of(scene) for each in (chosen, *good)], device, ROUNDS)
+    times = best_times([each.of(scene) for each in (chosen, *good)], device)
     best = int(np.argmin(times))
     return Outcome(
         name=name, wish=str(wanted), chosen=str(chosen), error=judgement.pixels.high.value,

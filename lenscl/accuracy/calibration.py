@@ -23,7 +23,8 @@ from lenscl.imaging.atomic import whole_file
 from lenscl.tracing import kernel_source, trace
 from lenscl.version import program_version
 
-ROUNDS = 5
+_ROUNDS = (5, 40)  # at the least and at the most
+_SECONDS = 0.1  # of a scene's traces, after which the fewest rounds are enough
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,13 +86,20 @@ def key_of(scene: Scene, device: Device) -> dict[str, str]:
     }
 
 
-def best_times(scenes: Sequence[Scene], device: Device, rounds: int = ROUNDS) -> list[float]:
-    """Trace scenes in turn; nanoseconds a ray, the best of the rounds, which a busy machine disturbs least."""
-    best = [float("inf")] * len(scenes)
+def best_times(scenes: Sequence[Scene], device: Device) -> list[float]:
+    """Trace scenes in turn; nanoseconds a ray, the best of the rounds, which a busy machine disturbs least.
+
+    There are the more rounds the shorter the traces are: a moment's disturbance is then not all that is seen.
+    """
+    best, spent = [float("inf")] * len(scenes), 0.0
     for scene in scenes:  # builds what is not built yet
         trace(scene, device=device)
-    for _ in range(rounds):
+    fewest, most = _ROUNDS
+    for turn in range(most):
         for number, scene in enumerate(scenes):
             raymap = trace(scene, device=device)
+            spent += raymap.trace_seconds
             best[number] = min(best[number], raymap.trace_seconds / raymap.status.size * 1e9)
+        if turn + 1 >= fewest and spent >= _SECONDS * len(scenes):
+            break
     return best

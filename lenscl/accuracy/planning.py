@@ -35,7 +35,7 @@ from lenscl.tracing import Placement, RayMap, trace
 _PIXELS = (2**13, 2**18)  # of the film that a plan is made on: the fewest that tell a share of 0.1 %, and the most
 _SECONDS = 2.0  # that tracing it with error bounds may take
 _BOUNDED_TRACES = 5  # of every ray, for its bound
-_MARGIN = 0.9  # of the wish: another film of the same scene has another 99 % quantile, by a few per cent
+_MARGIN = 0.9  # of the wish, where the film was made coarser: the film itself has another quantile, by a few per cent
 _MARGIN_OF_MARCH = 0.7  # of the share that may end otherwise, of which a march's steps would take all there is
 _NEAR = 1.6  # times the best: within so much, combinations are timed again on the scene itself
 _ALIKE = 1.08  # times the fastest: noise
@@ -73,6 +73,7 @@ class Planning:
         self.wanted, self.size, self.device, self.cache = wanted_of(scene), size, device, cache
         self.best = Combination(method="auto", precision=precisions_of(device)[-1])
         self.scene = self._small(scene)
+        self.is_whole = self.scene.film == scene.film  # what is enough on it is enough
         self.reference = trace(self.best.of(self.scene), device=device)
         require_lens(self.reference)
         self.truth = Truth.bounded(self.best.of(self.scene), np.arange(self.reference.status.size), device)
@@ -104,7 +105,7 @@ class Planning:
         """Return the scene with a film that can be traced again and again."""
         fewest, most = _PIXELS
         small = coarser(scene, fewest)
-        ns = best_times([self.best.of(small)], self.device, rounds=1)[0]
+        ns = best_times([self.best.of(small)], self.device)[0]
         return coarser(scene, int(min(max(_SECONDS * 1e9 / (_BOUNDED_TRACES * ns), fewest), most)))
 
     def _calibration(self) -> dict[Combination, float]:
@@ -139,8 +140,9 @@ class Planning:
         return self.maps[combination]
 
     def _is_enough(self, achieved: Achieved) -> bool:
-        lost = _MARGIN_OF_MARCH if achieved.combination.method == MARCH else _MARGIN
-        is_accurate = achieved.error <= _MARGIN * self.wanted.value and achieved.differ <= lost * MOST_DIFFER
+        margin = 1.0 if self.is_whole else _MARGIN
+        lost = _MARGIN_OF_MARCH if achieved.combination.method == MARCH else margin
+        is_accurate = achieved.error <= margin * self.wanted.value and achieved.differ <= lost * MOST_DIFFER
         return is_accurate and achieved.combination not in self.without
 
     def _fastest(self, some: list[Achieved]) -> Plan:

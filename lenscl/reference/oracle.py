@@ -9,6 +9,7 @@ Needs python-flint, from the extra `accuracy`. Its working precision is one for 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -96,12 +97,17 @@ def prove_rays(
     Raises
     ------
     LensclError
-        If python-flint is missing.
+        If python-flint is missing, or a ray is not three finite numbers each and a direction that is not zero; the
+        message names the first such ray.
     """
-    return [
-        _proof(scene, _given_ray, (origin, direction), radius)
-        for origin, direction in zip(origins, directions, strict=True)
-    ]
+    rays = list(zip(origins, directions, strict=True))
+    for number, (origin, direction) in enumerate(rays):
+        for name, numbers in (("origins", origin), ("directions", direction)):
+            if len(numbers) != 3 or not all(math.isfinite(x) for x in numbers):
+                raise LensclError(f"{name}[{number}]: expected three finite numbers, got {list(numbers)}")
+        if not any(direction):
+            raise LensclError(f"directions[{number}]: a direction must not be zero")
+    return [_proof(scene, _given_ray, ray, radius) for ray in rays]
 
 
 def _proof(scene: Scene, ray: Any, which: Any, radius: float) -> Proof:

@@ -10,7 +10,7 @@ import pytest
 from imaging.maps import random_pixels
 
 from lenscl.errors import ImageError
-from lenscl.imaging import read_metadata, read_picture, write_image
+from lenscl.imaging import read_metadata, read_picture, read_size, write_image
 
 TYPES = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float", "float64": "double"}
 
@@ -79,6 +79,7 @@ def test_a_stated_orientation_is_carried_out(tmp_path, suffix, orientation):
     expected = OpenImageIO.ImageBufAlgo.reorient(OpenImageIO.ImageBuf(str(path))).get_pixels(OpenImageIO.UINT8)
     np.testing.assert_array_equal(read_picture(path).pixels, expected)
     assert (read_picture(path).size == (16, 32)) == (orientation >= 5)
+    assert read_size(path) == read_picture(path).size
 
 
 def test_numbers_that_are_none_stay_in_floats(tmp_path):

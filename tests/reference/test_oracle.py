@@ -197,3 +197,18 @@ def test_parallel_light_and_a_null_lens() -> None:
     assert max(proof.events for proof in proofs) >= 2
     for proof, st in zip(proofs, raymap.st.reshape(-1, 2), strict=True):
         assert proof.distance(*map(float, st)) < 1e-14  # straight on
+
+
+@pytest.mark.parametrize(
+    ("origin", "direction", "told"),
+    [
+        ((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), r"directions\[1\]: a direction must not be zero"),
+        ((0.0, 0.0, 4.0), (0.0, float("inf"), 1.0), r"directions\[1\]: expected three finite numbers"),
+        ((0.0, float("nan"), 4.0), (0.0, 0.0, -1.0), r"origins\[1\]: expected three finite numbers"),
+        ((0.0, 4.0), (0.0, 0.0, -1.0), r"origins\[1\]: expected three finite numbers"),
+    ],
+)
+def test_what_is_no_ray_is_refused_by_name(origin: tuple[float, ...], direction: tuple[float, ...], told: str) -> None:
+    scene = make_scene({"surface": "sphere"})
+    with pytest.raises(LensclError, match=told):
+        prove_rays(scene, [(0.0, 0.0, 4.0), origin], [(0.0, 0.0, -1.0), direction])
