@@ -1,17 +1,15 @@
 """What accuracy costs in time, and what a scene needs for the accuracy that is asked of it.
 
-Input: rows, each a scene with a method and a precision. Output: a `Run` of `Measurement`s, which a `Store` keeps as
-JSON and `compare` holds against another. Times are the device's own, each next to the `FrozenKernel` run just before
-and after, and to the device's `multiply_add_peak`; errors are against the float64 twin (`Expected`).
+Input: scenes, and ray maps. Output, by what one wants to know:
 
-Without any reference, `check_map` holds a sample of a map's rays against the laws that every path obeys.
-For any map, without a twin or an oracle at hand: `error_map`, a bound on the error of every place; `bounds` says how.
-Input: scenes. Three things come of them. `trace` and the `Planner` behind it: from a wanted accuracy to the cheapest
-way to trace that meets it, and a ray map with what it `Achieved`. `measure_front`: every way to trace a scene, its time
-and its error against certified answers, and which of them nothing beats. `Bench`: time and error of a row, kept by a
-`Store` and held by `compare` against those of another day, each next to the `FrozenKernel` run just before and after
-and to the device's `multiply_add_peak`. Without any reference, `check_map` holds a sample of a map's rays against the
-laws that every path obeys.
+`trace`, `Planner`     a map as accurate as its scene asks, by the cheapest way there is, and what it `Achieved`
+`measure_front`        every way to trace a scene, its time and its error, and which of them nothing beats
+`error_map`            a bound on the error of every place of a map
+`check_map`            whether a sample of a map's rays obeys the laws of every path; nothing is compared
+`Bench`                time and error of a row, kept by a `Store` and held by `compare` against those of another day
+
+Errors are against certified answers, or against double precision with its error bounds; those of a `Bench` against the
+float64 twin (`Expected`), and its times next to the `FrozenKernel` run just before and after.
 """
 
 from __future__ import annotations

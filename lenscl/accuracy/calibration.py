@@ -23,7 +23,7 @@ from lenscl.imaging.atomic import whole_file
 from lenscl.tracing import kernel_source, trace
 from lenscl.version import program_version
 
-_ROUNDS = (5, 40)  # at the least and at the most
+_ROUNDS = (3, 40)  # at the least and at the most
 _SECONDS = 0.1  # of a scene's traces, after which the fewest rounds are enough
 
 

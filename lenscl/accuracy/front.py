@@ -46,7 +46,8 @@ class Tried:
     ns : tuple of float
         Nanoseconds a ray by the device's clock, escalation included, round by round; rounds of one `Front` are paired.
     first_seconds : float
-        Wall time of the first trace, which built the program or fetched it from the driver's cache.
+        Wall time of the row's first trace: it built the program, or fetched it from the driver's cache, unless an
+        earlier row had.
     judgement : Judgement
         Against certified answers.
     differ : float

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import validate_planner
 from scenes import make_scene
 
 import lenscl
@@ -21,6 +22,7 @@ from lenscl.accuracy.truth import Truth
 from lenscl.config import Accuracy, Scene
 from lenscl.device import choose
 from lenscl.errors import StudyError
+from lenscl.lenses import catalogue
 from lenscl.tracing import RayMap, trace
 
 COSTS = {"single": 10.0, "mixed": 15.0, "double": 20.0}
@@ -251,3 +253,16 @@ def test_a_film_that_meets_no_lens_is_an_error_of_its_own(here: Planner) -> None
     scene = make_scene({"surface": "sphere", "centre": [50.0, 0.0, 0.0]}, numerics={"accuracy": "1 px"})
     with pytest.raises(StudyError, match="no ray meets a lens"):
         here.trace(scene)
+
+
+@pytest.mark.parametrize("number", [0, 1, 2, *(pytest.param(k, marks=pytest.mark.slow) for k in range(3, 20))])
+def test_random_scenes_meet_their_wishes(here: Planner, number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The scenes of bench/validate_planner.py, which holds their times against the best as well."""
+    monkeypatch.setattr(validate_planner, "FILM", 96)
+    surfaces = [*catalogue(), *validate_planner.EXPRESSIONS]
+    scene = validate_planner.random_scene(np.random.default_rng(100 + number), surfaces[number % len(surfaces)])
+    raymap, achieved = here.trace(scene)
+    assert achieved is not None
+    error, differ = error_of(raymap, achieved.wanted)
+    assert error <= achieved.wanted.value
+    assert differ <= 0.01  # of a few hundred rays; the planner saw to 0.1 % of thousands
