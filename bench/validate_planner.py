@@ -33,6 +33,7 @@ from lenscl.lenses import catalogue
 from lenscl.tracing import trace
 
 FILM = 256  # a side
+SLOW_FILM, SLOW = 96, 5e-6  # where a ray takes so many seconds
 RAYS = {"many": 30, "edge": 60, "steep": 80, "lens": 400, "free": 30}
 TRIES = 20  # of a scene that shows no lens
 EXPRESSIONS = (
@@ -83,8 +84,10 @@ def random_scene(random: np.random.Generator, surface: str) -> Scene:
             )
         )  # fmt: skip
         small = scene.replace({"film.size": [32, 32], "numerics.precision": "double"})
-        if (trace(small).events > 0).mean() > 0.05:
-            return scene
+        seen = trace(small)
+        if (seen.events > 0).mean() > 0.05:
+            is_slow = seen.trace_seconds > SLOW * seen.status.size
+            return scene.replace({"film.size": [SLOW_FILM, SLOW_FILM]}) if is_slow else scene
     raise SystemExit(f"{surface}: no scene of {TRIES} shows the lens")
 
 

@@ -23,7 +23,7 @@ from lenscl.accuracy.achieved import (
 )
 from lenscl.accuracy.calibration import Calibration, CalibrationCache, best_times, key_of
 from lenscl.accuracy.combination import MARCH, Combination, precisions_of, serving
-from lenscl.accuracy.front import coarser, require_lens
+from lenscl.accuracy.front import coarser
 from lenscl.accuracy.judgement import MOST_DIFFER, judge
 from lenscl.accuracy.sample import Sample
 from lenscl.accuracy.truth import Truth
@@ -75,12 +75,13 @@ class Planning:
         self.scene = self._small(scene)
         self.is_whole = self.scene.film == scene.film  # what is enough on it is enough
         self.reference = trace(self.best.of(self.scene), device=device)
-        require_lens(self.reference)
         self.truth = Truth.bounded(self.best.of(self.scene), np.arange(self.reference.status.size), device)
         self.maps: dict[Combination, RayMap] = {self.best: self.reference}
 
     def plan(self) -> Plan:
         """Return the cheapest combination that is accurate enough."""
+        if not self.reference.events.any():  # nothing to judge others by, and nothing that could be off
+            return Plan(achieved=self._judged(self.best), ns=best_times([self.best.of(self.scene)], self.device)[0])
         times = self._calibration()
         near: list[Achieved] = []
         seen: list[Achieved] = []

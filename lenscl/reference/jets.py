@@ -10,10 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, cast
 
 from lenscl.expr import Expr
-from lenscl.expr.graph import walk
+from lenscl.expr.graph import Row, listing
 
 if TYPE_CHECKING:
     from flint import arb
@@ -44,17 +45,24 @@ def jet(expression: Expr, given: Mapping[str, Jet]) -> Jet:
     from flint import arb
 
     nothing = (arb(0),) * len(next(iter(given.values())).slopes)
-    at: dict[Expr, Jet] = {}
-    for each in walk([expression]):
-        if each.op == "symbol":
-            at[each] = given[str(each.name)]
-        elif each.value is not None:
-            at[each] = Jet(arb(each.value), nothing)
-        elif each.op == "power":
-            at[each] = _power(at[each.args[0]], int(cast(float, each.args[1].value)))
+    at: list[Jet] = []
+    rows = _rows(expression)
+    for op, places, value, name in rows:
+        if op == "symbol":
+            at.append(given[str(name)])
+        elif value is not None:
+            at.append(Jet(arb(value), nothing))
+        elif op == "power":
+            at.append(_power(at[places[0]], int(cast(float, rows[places[1]][2]))))
         else:
-            at[each] = _RULES[each.op](*(at[arg] for arg in each.args))
-    return at[expression]
+            at.append(_RULES[op](*(at[place] for place in places)))
+    return at[-1]
+
+
+@lru_cache(maxsize=256)
+def _rows(expression: Expr) -> tuple[Row, ...]:
+    """Return an expression's operations in order; it is asked for thousands of times a ray."""
+    return listing(expression)
 
 
 def contains_zero(ball: arb) -> bool:
