@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from lenscl.accuracy import ROUNDS, Bench, plan_rows, scene_files
+from lenscl.accuracy.bench import ROUNDS, Bench, plan_rows, scene_files
 from lenscl.device import choose
 
 

@@ -23,7 +23,8 @@ import tomli_w
 from numpy.typing import NDArray
 
 import lenscl
-from lenscl.accuracy import error_at, scene_files
+from lenscl.accuracy import error_at
+from lenscl.accuracy.bench import scene_files
 from lenscl.config import Scene
 from lenscl.lenses import catalogue
 from lenscl.reference.oracle import prove_pixels

@@ -60,6 +60,8 @@ def test_the_wheel_installs_into_a_fresh_environment_and_renders(wheel: Path, tm
         assert done.returncode == 0, done.stderr
     assert (tmp_path / "seen.png").stat().st_size > 1000
     assert str(environment) in said(python, "import lenscl; print(lenscl.__file__)", tmp_path)
-    found = said(python, "from lenscl.accuracy import scene_files; print(*scene_files().values())", tmp_path).split()
+    found = said(
+        python, "from lenscl.accuracy.bench import scene_files; print(*scene_files().values())", tmp_path
+    ).split()
     assert len(found) == 8
     assert all(path.startswith(str(environment)) for path in found)

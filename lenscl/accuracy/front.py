@@ -19,8 +19,8 @@ import numpy as np
 
 from lenscl.accuracy.combination import Combination, every_combination, forerunner, precisions_of
 from lenscl.accuracy.judgement import MOST_DIFFER, Judgement, judge
-from lenscl.accuracy.measurement import median, median_bounds
 from lenscl.accuracy.sample import Sample
+from lenscl.accuracy.statistics import median, median_bounds
 from lenscl.accuracy.truth import Truth
 from lenscl.config import Accuracy, Scene
 from lenscl.device import Device

@@ -6,7 +6,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 _NORMAL = 1.959963984540054  # a normal variable lies within so many deviations with 95 % probability
+_COVERED = 0.95  # of the interval about a median, at least, where the samples are enough
 _LEAST = 1e-12  # of a weight: sums of weights round
 
 
@@ -116,3 +119,27 @@ def _shares(hits: NDArray[np.integer], drawn: Strata) -> tuple[Array, Array]:
     variance: Array = np.sum(part**2 * smooth * (1.0 - smooth) / (n + 4.0), axis=-1)
     share: Array = np.sum(part * hits / n, axis=-1)
     return share, _NORMAL * np.sqrt(variance)
+
+
+def median(samples: Sequence[float]) -> float:
+    """Return the middle sample, or the mean of the middle two."""
+    ordered, n = sorted(samples), len(samples)
+    return (ordered[(n - 1) // 2] + ordered[n // 2]) / 2
+
+
+def median_bounds(samples: Sequence[float]) -> tuple[float, float]:
+    """Return two samples between which the median lies with 95 % confidence, or all of them where they are too few.
+
+    Notes
+    -----
+    The median of what is sampled lies below the k-th smallest of n samples with the probability of fewer than k heads
+    in n tosses, whatever the distribution. Source: Conover, Practical Nonparametric Statistics, 3rd ed., sec. 3.2.
+
+    >>> median_bounds([5, 1, 4, 2, 3, 9, 8, 7, 6])
+    (2, 8)
+    """
+    ordered, n = sorted(samples), len(samples)
+    k = 1
+    while 2 * sum(comb(n, heads) for heads in range(k + 1)) <= (1 - _COVERED) * 2**n:
+        k += 1
+    return ordered[k - 1], ordered[n - k]

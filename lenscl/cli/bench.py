@@ -13,7 +13,7 @@ from lenscl.cli.group import json_option, many, plain
 from lenscl.cli.table import print_table, share
 
 if TYPE_CHECKING:
-    from lenscl.accuracy import Comparison, Measurement, Run
+    from lenscl.accuracy.bench import Comparison, Measurement, Run
 
 _LEAST_ROUNDS, _USUAL_ROUNDS = 3, 9
 _NAMES = 3  # columns that name a row
@@ -63,7 +63,7 @@ def bench(
     from datetime import UTC, datetime
 
     from lenscl import device
-    from lenscl.accuracy import Bench, Run, Store, compare, plan_rows
+    from lenscl.accuracy.bench import Bench, Run, Store, compare, plan_rows
     from lenscl.version import program_version
 
     # What is wrong with the request is said before a minute has gone
@@ -194,7 +194,7 @@ def _print_comparison(comparison: Comparison) -> None:
 
 def _document(run: Run, base: str | None, comparison: Comparison | None) -> dict[str, Any]:
     """Return the run as it is saved, and the comparison under a key of its own."""
-    from lenscl.accuracy.store import as_json
+    from lenscl.accuracy.bench.store import as_json
 
     document: dict[str, Any] = json.loads(as_json(run))
     if comparison is None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from lenscl.accuracy import Circumstances, Error, Measurement, Quantiles, Run
+from lenscl.accuracy.bench import Circumstances, Error, Measurement, Quantiles, Run
 
 Make = Callable[..., Measurement]
 

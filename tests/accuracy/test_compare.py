@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lenscl.accuracy import Circumstances, compare
+from lenscl.accuracy.bench import Circumstances, compare
 
 ROUNDS = (0.98, 1.0, 1.02, 0.99, 1.01, 1.0, 0.97, 1.03, 1.0)
 

@@ -10,7 +10,7 @@ import pytest
 from scenes import make_scene
 
 from lenscl import RayStatus, reference, trace
-from lenscl.accuracy import Error, Expected
+from lenscl.accuracy.bench import Error, Expected
 from lenscl.config import Scene
 from lenscl.tracing import RayMap
 

@@ -10,8 +10,8 @@ import pytest
 from scenes import make_scene
 
 from lenscl import reference
-from lenscl.accuracy import FrozenKernel
-from lenscl.accuracy.frozen import frozen_text
+from lenscl.accuracy.bench import FrozenKernel
+from lenscl.accuracy.bench.frozen import frozen_text
 from lenscl.device import Precision, choose
 
 SIDE = 64

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lenscl.accuracy.measurement import median, median_bounds
+from lenscl.accuracy.statistics import median, median_bounds
 
 SAMPLES = st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=40)
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from lenscl.accuracy import plan_rows, scene_files
+from lenscl.accuracy.bench import plan_rows, scene_files
 from lenscl.device import choose
 from lenscl.errors import StudyError
 

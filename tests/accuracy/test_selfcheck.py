@@ -14,8 +14,8 @@ from scenes import CATALOGUE, CONFIGS, SHAPES, make_scene
 
 from lenscl import RayStatus, compile_count, load_study, trace
 from lenscl.accuracy import Failure, SelfCheck, check_map
-from lenscl.accuracy.findings import LAWS
-from lenscl.accuracy.selfcheck import sampled
+from lenscl.accuracy.selfcheck.check import sampled
+from lenscl.accuracy.selfcheck.findings import LAWS
 from lenscl.codegen import fragments
 from lenscl.config import Scene
 from lenscl.device import Device, choose

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from lenscl.accuracy import Store
-from lenscl.accuracy import store as storing
+from lenscl.accuracy.bench import Store
+from lenscl.accuracy.bench import store as storing
 from lenscl.errors import LensclError, StudyError
 
 

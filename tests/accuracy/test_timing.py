@@ -9,8 +9,8 @@ import pytest
 from scenes import make_scene
 
 from lenscl import RayStatus, trace
-from lenscl.accuracy import Bench, Expected, FrozenKernel, Row, Timing, timing
-from lenscl.accuracy.frozen import frozen_key
+from lenscl.accuracy.bench import Bench, Expected, FrozenKernel, Row, Timing, timing
+from lenscl.accuracy.bench.frozen import frozen_key
 from lenscl.device import choose
 from lenscl.tracing import count_steps
 

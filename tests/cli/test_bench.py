@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from lenscl.accuracy import scenes
+from lenscl.accuracy.bench import scenes
 
 CONFIGS = Path(__file__).parent.parent.parent / "configs" / "bench"
 

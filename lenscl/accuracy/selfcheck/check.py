@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.accuracy.bends import bends, stopped
-from lenscl.accuracy.findings import LAWS, MOST_FAILURES, UNCHECKED, Failure, SelfCheck
-from lenscl.accuracy.hits import SAFETY, Hits, Tolerance, hits_of
-from lenscl.accuracy.returns import Leg, Return, sent_back
+from lenscl.accuracy.selfcheck.bends import bends, stopped
+from lenscl.accuracy.selfcheck.findings import LAWS, MOST_FAILURES, UNCHECKED, Failure, SelfCheck
+from lenscl.accuracy.selfcheck.hits import SAFETY, Hits, Tolerance, hits_of
+from lenscl.accuracy.selfcheck.returns import Leg, Return, sent_back
 from lenscl.status import RayStatus
 from lenscl.tracing import TOLERANCE, Ends, Follower, RayMap, film_rays, methods_of
 

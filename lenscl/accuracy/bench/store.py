@@ -8,7 +8,7 @@ from pathlib import Path
 import platformdirs
 from pydantic import TypeAdapter, ValidationError
 
-from lenscl.accuracy.measurement import Run
+from lenscl.accuracy.bench.measurement import Run
 from lenscl.errors import LensclError, StudyError
 from lenscl.imaging.atomic import whole_file
 

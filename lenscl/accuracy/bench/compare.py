@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Literal
 
-from lenscl.accuracy.measurement import Circumstances, Measurement, Run
+from lenscl.accuracy.bench.measurement import Circumstances, Measurement, Run
 
 _KERNEL = "kernel_key"  # the one circumstance that may differ: it is what is compared
 

@@ -16,7 +16,7 @@ from lenscl.methods import METHODS
 from lenscl.tracing import methods_of
 
 # Beside the package in a checkout, inside it in a wheel
-_PACKAGE = Path(__file__).resolve().parent.parent
+_PACKAGE = Path(__file__).resolve().parent.parent.parent
 _HOMES = (_PACKAGE / "configs" / "bench", _PACKAGE.parent / "configs" / "bench")
 _PRECISIONS: tuple[Precision, ...] = ("double", "single")
 

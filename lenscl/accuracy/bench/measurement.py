@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import comb
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
-_COVERED = 0.95  # of the interval about a median, at least, where the samples are enough
+from lenscl.accuracy.statistics import median, median_bounds
 
 _Positive: TypeAlias = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
@@ -144,27 +142,3 @@ class Run:
         """Return the row of the method `march` for the same scene and precision, if it was measured."""
         wanted = (measurement.scene, "march", measurement.precision)
         return next((each for each in self.measurements if each.row == wanted), None)
-
-
-def median(samples: Sequence[float]) -> float:
-    """Return the middle sample, or the mean of the middle two."""
-    ordered, n = sorted(samples), len(samples)
-    return (ordered[(n - 1) // 2] + ordered[n // 2]) / 2
-
-
-def median_bounds(samples: Sequence[float]) -> tuple[float, float]:
-    """Return two samples between which the median lies with 95 % confidence, or all of them where they are too few.
-
-    Notes
-    -----
-    The median of what is sampled lies below the k-th smallest of n samples with the probability of fewer than k heads
-    in n tosses, whatever the distribution. Source: Conover, Practical Nonparametric Statistics, 3rd ed., sec. 3.2.
-
-    >>> median_bounds([5, 1, 4, 2, 3, 9, 8, 7, 6])
-    (2, 8)
-    """
-    ordered, n = sorted(samples), len(samples)
-    k = 1
-    while 2 * sum(comb(n, heads) for heads in range(k + 1)) <= (1 - _COVERED) * 2**n:
-        k += 1
-    return ordered[k - 1], ordered[n - k]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl import reference
-from lenscl.accuracy.measurement import Error, Quantiles
+from lenscl.accuracy.bench.measurement import Error, Quantiles
 from lenscl.config import Lens, Scene
 from lenscl.errors import LensclError
 from lenscl.reference import Paths, Steps, companion

@@ -5,11 +5,12 @@ from __future__ import annotations
 import hashlib
 from itertools import pairwise
 
-from lenscl.accuracy.error import Expected
-from lenscl.accuracy.frozen import FrozenKernel, frozen_key
-from lenscl.accuracy.measurement import Circumstances, Measurement, median
-from lenscl.accuracy.peak import multiply_add_peak
-from lenscl.accuracy.scenes import Row
+from lenscl.accuracy.bench.error import Expected
+from lenscl.accuracy.bench.frozen import FrozenKernel, frozen_key
+from lenscl.accuracy.bench.measurement import Circumstances, Measurement
+from lenscl.accuracy.bench.peak import multiply_add_peak
+from lenscl.accuracy.bench.scenes import Row
+from lenscl.accuracy.statistics import median
 from lenscl.config import Scene
 from lenscl.device import Device
 from lenscl.status import RayStatus

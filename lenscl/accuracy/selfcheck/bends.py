@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.accuracy.hits import SAFETY, Hits
+from lenscl.accuracy.selfcheck.hits import SAFETY, Hits
 from lenscl.config import Scene
 
 Array = NDArray[np.float64]
