@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,7 +25,7 @@ from lenscl.tracing import kernel_source, trace
 from lenscl.version import program_version
 
 _ROUNDS = (3, 40)  # at the least and at the most
-_SECONDS = 0.1  # of a scene's traces, after which the fewest rounds are enough
+_SECONDS = 0.1  # for a scene, after which the fewest rounds are enough
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,15 +92,14 @@ def best_times(scenes: Sequence[Scene], device: Device) -> list[float]:
 
     There are the more rounds the shorter the traces are: a moment's disturbance is then not all that is seen.
     """
-    best, spent = [float("inf")] * len(scenes), 0.0
+    best = [float("inf")] * len(scenes)
     for scene in scenes:  # builds what is not built yet
         trace(scene, device=device)
-    fewest, most = _ROUNDS
+    start, (fewest, most) = time.perf_counter(), _ROUNDS
     for turn in range(most):
         for number, scene in enumerate(scenes):
             raymap = trace(scene, device=device)
-            spent += raymap.trace_seconds
             best[number] = min(best[number], raymap.trace_seconds / raymap.status.size * 1e9)
-        if turn + 1 >= fewest and spent >= _SECONDS * len(scenes):
+        if turn + 1 >= fewest and time.perf_counter() - start >= _SECONDS * len(scenes):
             break
     return best

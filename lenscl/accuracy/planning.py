@@ -183,13 +183,14 @@ class Planning:
                 continue
             parts = float(_FEWEST_STEPS)
             while parts <= _MOST_STEPS:
-                combination = self._stepped(march, parts)
-                both = [each.of(self.scene) for each in (plan.combination, combination)]
-                now, ns = best_times(both, self.device)
-                if ns * (1.0 if plan.combination.method == MARCH else _WORTH) > now:
+                achieved = self._judged(combination := self._stepped(march, parts))
+                seen = self.maps.pop(combination)
+                if seen.trace_seconds * 1e9 > _COARSER * plan.ns * seen.status.size:
                     break
-                if self._is_enough(achieved := self._judged(combination)):
-                    plan = Plan(achieved=achieved, ns=ns)
+                if self._is_enough(achieved):
+                    now, ns = best_times([each.of(self.scene) for each in (plan.combination, combination)], self.device)
+                    if ns * (1.0 if plan.combination.method == MARCH else _WORTH) < now:
+                        plan = Plan(achieved=achieved, ns=ns)
                     break
                 parts *= _FINER
         return plan

@@ -2,17 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 
 from lenscl.codegen.fragments import VOCABULARY, generated, head, located
+from lenscl.codegen.layout import Layout
 from lenscl.codegen.searches import searches
 from lenscl.codegen.source import KernelSource
 from lenscl.codegen.specialise import Structure, layout
 from lenscl.status import RayStatus
 
+_MOST_KEPT = 64  # some hundred kilobytes each
+_kept: dict[tuple[Hashable, ...], tuple[Layout, str]] = {}  # by what decides a kernel's text
+
 
 def kernel_source(structure: Structure) -> KernelSource:
-    """Return the trace kernel of a structure; equal structures give equal text."""
+    """Return the trace kernel of a structure; equal structures give equal text.
+
+    What was written is kept: a sweep asks for the same text at every point, and writing it takes longer than tracing a
+    small film.
+    """
+    form = structure.form()
+    if form not in _kept:
+        if len(_kept) >= _MOST_KEPT:
+            _kept.clear()
+        _kept[form] = _written(structure)
+    numbers, text = _kept[form]
+    return KernelSource(structure, numbers, text)
+
+
+def _written(structure: Structure) -> tuple[Layout, str]:
     numbers = layout(structure)
     pieces = [
         _banner(structure),
@@ -38,7 +56,7 @@ def kernel_source(structure: Structure) -> KernelSource:
         located("steps_counted.cl" if structure.counts else "steps_uncounted.cl"),
         located("trace.cl"),
     ]
-    return KernelSource(structure, numbers, "\n".join(pieces))
+    return numbers, "\n".join(pieces)
 
 
 def _banner(structure: Structure) -> str:

@@ -7,7 +7,8 @@ program, and the kernel cache grows with forms, not with values.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Hashable
+from dataclasses import dataclass, fields
 from typing import Literal
 
 from lenscl.codegen.fragments import Precision, carried
@@ -34,6 +35,13 @@ class Structure:
     run: int  # packets that one work-item carries, one after the other
     parks: bool  # whether the last few rays of a packet are put aside for another launch
     counts: bool = False  # whether the searches' steps are counted
+
+    def form(self) -> tuple[Hashable, ...]:
+        """Return all that the text hangs on, as values to compare by."""
+        surfaces = tuple(surface.key for surface in self.lenses)
+        names = tuple(method.name for method in self.methods), tuple(effect.name for effect in self.effects)
+        rest = (getattr(self, each.name) for each in fields(self) if each.name not in ("lenses", "methods", "effects"))
+        return (surfaces, *names, *rest)
 
     def surfaces(self) -> dict[str, Surface]:
         """Return the distinct surfaces by the prefix of their C names, in the order of first use.

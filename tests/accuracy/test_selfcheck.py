@@ -16,7 +16,7 @@ from lenscl import RayStatus, compile_count, load_study, trace
 from lenscl.accuracy import Failure, SelfCheck, check_map
 from lenscl.accuracy.selfcheck.check import sampled
 from lenscl.accuracy.selfcheck.findings import LAWS
-from lenscl.codegen import fragments
+from lenscl.codegen import assemble, fragments
 from lenscl.config import Scene
 from lenscl.device import Device, choose
 from lenscl.tracing import Follower, RayMap, film_rays
@@ -237,6 +237,7 @@ def fault(name: str, old: str, new: str) -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(fragments, "fragment", broken)
+        patch.setattr(assemble, "_kept", {})  # what was written of the whole ones
         yield
 
 

@@ -12,7 +12,7 @@ from probe import FORMS
 from scenes import CATALOGUE, make_scene
 
 from lenscl import compile_count, trace
-from lenscl.codegen import fragment, kernel_source
+from lenscl.codegen import assemble, fragment, kernel_source
 from lenscl.device import choose
 from lenscl.effects import EFFECTS
 from lenscl.tracing import kernel_source as source_of
@@ -30,6 +30,31 @@ def test_equal_structures_give_equal_text_whatever_the_numbers() -> None:
     assert source_of(one).text == source_of(other).text
     assert source_of(one).key == source_of(other).key
     assert source_of(one).text != source_of(make_scene({"surface": "heart"})).text
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"lens.surface": "sphere"},
+        {"numerics.method": "interval"},
+        {"numerics.method": "march"},
+        {"numerics.precision": "single"},
+        {"numerics.precision": "mixed"},
+        {"numerics.snell": "paraxial"},
+        {"effects.total_reflection": "end"},
+        {"source.kind": "parallel", "source.direction": [0, 0, -1]},
+    ],
+)
+def test_what_was_written_is_kept_and_never_taken_for_another(change: dict[str, object]) -> None:
+    """Text that is kept equals text written anew, for a structure and for one that differs in a single respect."""
+    for scene in (make_scene({"surface": "torus"}), make_scene({"surface": "torus"}).replace(change)):
+        for rays in (None, "given"):
+            structure = source_of(scene, rays=rays).structure
+            for one in (structure, replace(structure, counts=True), replace(structure, parks=not structure.parks),
+                        replace(structure, width=4), replace(structure, run=structure.run + 1)):  # fmt: skip
+                kernel_source(one)
+                assert kernel_source(one).text == assemble._written(one)[1]
+                assert kernel_source(one).structure is one
 
 
 def test_no_number_of_the_scene_is_baked_in() -> None:
