@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,8 +101,9 @@ def judge(raymap: RayMap, truth: Truth, drawn: Strata | None = None, size: tuple
 
 def lengths(apart: Array, picture: Picture) -> Array:
     """Return how long differences of picture coordinates are on the plane, scene units."""
-    across: Any = apart @ np.array([picture.right, picture.down])
-    length: Array = np.linalg.norm(across, axis=-1)
+    s, t = apart.T
+    squares = ((s * right + t * down) ** 2 for right, down in zip(picture.right, picture.down, strict=True))
+    length: Array = np.sqrt(sum(squares))
     return length
 
 
