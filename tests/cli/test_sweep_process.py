@@ -128,7 +128,8 @@ def test_the_first_ctrl_c_finishes_what_is_on_its_way_and_says_how_to_go_on(
     with start(command("sweep", study_path, "-o", out, faults=SLOW_WRITES.format(seconds=0.05))) as process:
         read_rows(process, 3)
         process.send_signal(signal.SIGINT)
-        rest, complaint = process.communicate(timeout=120)
+        rest, complaint = process.stdout.read(), process.stderr.read()  # communicate() would lose what readline() holds
+        process.wait(timeout=120)
     assert process.returncode == 130, complaint
     assert "run the same command again" in complaint
     assert "Traceback" not in complaint
