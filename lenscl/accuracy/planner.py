@@ -30,7 +30,7 @@ class Planner:
 
     def __init__(self, device: Device, cache: CalibrationCache | None = None) -> None:
         self._device, self._cache = device, cache or CalibrationCache()
-        self._plans: dict[tuple[Scene, tuple[int, int] | None, frozenset[Combination]], Plan] = {}
+        self._plans: dict[tuple[Scene, tuple[int, int] | None, frozenset[Combination]], Plan | StudyError] = {}
 
     def trace(
         self, scene: Scene, *, size: tuple[int, int] | None = None, like: Scene | None = None
@@ -79,8 +79,14 @@ class Planner:
         if key not in self._plans:
             if len(self._plans) >= _MOST_PLANS:
                 self._plans.clear()
-            self._plans[key] = Planning(scene, size, self._device, self._cache, without).plan()
-        return self._plans[key]
+            try:
+                self._plans[key] = Planning(scene, size, self._device, self._cache, without).plan()
+            except StudyError as error:  # that a wish cannot be reached is not found out twice, either
+                self._plans[key] = error
+        found = self._plans[key]
+        if isinstance(found, StudyError):
+            raise found
+        return found
 
     def _traced(self, scene: Scene, plan: Plan, size: tuple[int, int] | None) -> tuple[RayMap, Achieved]:
         raymap = trace(plan.combination.of(scene), device=self._device)

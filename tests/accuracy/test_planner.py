@@ -188,6 +188,15 @@ def test_points_alike_are_not_planned_again(times: list[Scene], here: Planner) -
     assert len(times) == timed
 
 
+def test_a_wish_that_cannot_be_reached_is_not_planned_for_every_point(times: list[Scene], here: Planner) -> None:
+    first = make_scene({"surface": "sphere", "r": 0.7}, film=FILM, numerics={"accuracy": "1e-17 px"})
+    for r in (0.7, 0.7, 0.7):
+        timed = len(times)
+        with pytest.raises(StudyError, match="cannot be reached"):
+            here.trace(first.replace({"lens.r": r}), like=first)
+    assert len(times) == timed
+
+
 def test_a_calibration_is_kept_and_found_again(times: list[Scene], tmp_path: Path) -> None:
     scene = make_scene({"surface": "torus"}, film=FILM, numerics={"accuracy": "0.05 px"})
     cache = CalibrationCache(tmp_path / "cache")
