@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lenscl.accuracy.combination import Combination
 from lenscl.accuracy.judgement import LEVEL, MOST_DIFFER, Judgement, judge
-from lenscl.accuracy.sample import EDGE, FREE, LENS, MANY, STEEP, Sample
+from lenscl.accuracy.sample import EDGE, FREE, LENS, MANY, NEIGHBOURS, STEEP, Sample
 from lenscl.accuracy.statistics import Strata, quantile
 from lenscl.accuracy.truth import Truth
 from lenscl.config import Accuracy, Scene
@@ -26,6 +26,7 @@ CERTIFIED_RAYS = {EDGE: 30, MANY: 40, STEEP: 60, LENS: 330, FREE: 10}  # where b
 _WIDE = 0.1  # of the wish: error bounds that are wider are replaced by certified answers
 _CHECKED = (2**13, 2**15)  # rays of a map that are looked at again; fewer of one that takes over `_SLOW` seconds a ray
 _SLOW = 1e-6
+_OTHERS = 8  # so many times fewer of the rays that meet no lens
 _SEED = 6
 
 
@@ -39,11 +40,12 @@ class Achieved:
     combination : Combination
         That it was traced by.
     error : float
-        In the unit of the wish: 99 % of the rays land within it, errors of what they were held against included.
+        In the unit of the wish: 99 % of the rays land within it, errors of what they were held against included; 0
+        where there is no ray to judge.
     differ : float
         Share of the rays through a lens that end otherwise.
-    rays : int
-        That this was seen on.
+    rays, unknown : int
+        Rays that `error` is of; and those looked at of which nothing can be said, for rounding may decide their paths.
     against : str
     """
 
@@ -52,6 +54,7 @@ class Achieved:
     error: float
     differ: float
     rays: int
+    unknown: int
     against: str
 
     @property
@@ -68,12 +71,19 @@ class Achieved:
             "unit": self.wanted.unit,
             "differ": self.differ,
             "rays": self.rays,
+            "unknown": self.unknown,
             "against": self.against,
         }
 
     def __str__(self) -> str:
+        if not self.rays:
+            return f"{self.combination}: no ray meets a lens and lands, so there is no error to speak of"
         unit = "px" if self.wanted.unit == "px" else "scene units"
-        return f"{self.combination}: 99 % within {self.error:.2g} {unit}, {100 * self.differ:.2g} % end otherwise"
+        unsure = f", {self.unknown} may by rounding" if self.unknown else ""
+        return (
+            f"{self.combination}: 99 % of {self.rays} rays within {self.error:.2g} {unit}, "
+            f"{100 * self.differ:.2g} % end otherwise{unsure}"
+        )
 
 
 def wanted_of(scene: Scene) -> Accuracy:
@@ -83,14 +93,25 @@ def wanted_of(scene: Scene) -> Accuracy:
 
 
 def check(raymap: RayMap, wanted: Accuracy, combination: Combination, size: tuple[int, int] | None) -> Achieved:
-    """Return how accurate a map is, from some thousand of its rays; size as for `Planner.trace`."""
-    count = raymap.status.size
+    """Return how accurate a map is, from many of its rays; size as for `Planner.trace`.
+
+    All rays through a lens are looked at, and those beside them, where a lens may have been lost, or some ten thousand;
+    and some of the others. Where only some were drawn, the figures are their upper bounds.
+    """
     few, many = _CHECKED
-    looked_at = few if raymap.trace_seconds > _SLOW * count else many
-    pixels = np.arange(count) if count <= looked_at else _spread(count, looked_at)
+    most = few if raymap.trace_seconds > _SLOW * raymap.status.size else many
+    pixels, drawn = _drawn(raymap, most)
     truth = Truth.bounded(raymap.scene, pixels, raymap.device)
-    drawn = None if len(pixels) == count else Strata(np.ones(len(pixels)), np.zeros(len(pixels), np.intp))
-    achieved = achieved_by(judge(raymap, truth, drawn, size), wanted, combination)
+    judgement = judge(raymap, truth, drawn, size)
+    achieved = achieved_by(judgement, wanted, combination)
+    if drawn is not None:
+        high = (judgement.pixels if wanted.unit == "px" else judgement.units).high.high
+        differ = judgement.differ.high
+        achieved = replace(
+            achieved,
+            error=achieved.error if high is None else high,
+            differ=achieved.differ if differ is None else differ,
+        )
     if achieved.error <= wanted.value or not is_too_wide(truth, raymap.scene, wanted, size):
         return achieved
     sample = Sample.of(raymap, CERTIFIED_RAYS)
@@ -98,11 +119,26 @@ def check(raymap: RayMap, wanted: Accuracy, combination: Combination, size: tupl
     return with_certified_error(achieved, judge(raymap, certified, sample.drawn, size))
 
 
-def _spread(count: int, looked_at: int) -> NDArray[np.intp]:
-    """Return pixels all over a film, one at random of each of equal runs of them."""
-    edges = np.linspace(0, count, looked_at + 1)
-    places = np.random.default_rng(_SEED).uniform(edges[:-1], edges[1:])
-    return np.minimum(places.astype(np.intp), count - 1)
+def _drawn(raymap: RayMap, most: int) -> tuple[NDArray[np.intp], Strata | None]:
+    """Return the pixels to look at, and how they were drawn; None where they are all that meet a lens, or may.
+
+    The others, far from every lens, count for nothing: a ray that meets none is neither off nor through a lens.
+    """
+    near = raymap.events > 0
+    for here, there in NEIGHBOURS:
+        beside = near.copy()
+        beside[here] |= near[there]
+        beside[there] |= near[here]
+        near = beside
+    lens, others = np.flatnonzero(near), np.flatnonzero(~near)
+    random = np.random.default_rng(_SEED)
+    some = random.choice(others, min(len(others), most // _OTHERS), replace=False)
+    if len(lens) <= most:
+        return np.sort(np.concatenate([lens, some])), None
+    taken = random.choice(lens, most, replace=False)
+    weights = np.concatenate([np.full(most, len(lens) / most), np.full(len(some), len(others) / max(len(some), 1))])
+    stratum = np.concatenate([np.zeros(most, np.intp), np.ones(len(some), np.intp)])
+    return np.concatenate([taken, some]), Strata(weights, stratum)
 
 
 def achieved_by(judgement: Judgement, wanted: Accuracy, combination: Combination) -> Achieved:
@@ -114,6 +150,7 @@ def achieved_by(judgement: Judgement, wanted: Accuracy, combination: Combination
         error=distances.high.value,
         differ=judgement.differ.value,
         rays=judgement.compared,
+        unknown=judgement.unknown,
         against=judgement.against,
     )
 

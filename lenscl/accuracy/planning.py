@@ -32,10 +32,10 @@ from lenscl.config import Scene
 from lenscl.device import Device
 from lenscl.tracing import Placement, RayMap, trace
 
-_PIXELS = (2**13, 2**18)  # of the film that a plan is made on: the fewest that tell a share of 0.1 %, and the most
+_PIXELS = (2**13, 2**18)  # of the film that a plan is made on
 _SECONDS = 2.0  # that tracing it with error bounds may take
 _BOUNDED_TRACES = 5  # of every ray, for its bound
-_MARGIN = 0.9  # of the wish, where the film was made coarser: the film itself has another quantile, by a few per cent
+_MARGIN = 0.9  # of the wish: the film itself has another 99 % quantile, by a few per cent
 _MARGIN_OF_MARCH = 0.7  # of the share that may end otherwise, of which a march's steps would take all there is
 _NEAR = 1.6  # times the best: within so much, combinations are timed again on the scene itself
 _ALIKE = 1.08  # times the fastest: noise
@@ -72,8 +72,7 @@ class Planning:
         self.without = without
         self.wanted, self.size, self.device, self.cache = wanted_of(scene), size, device, cache
         self.best = Combination(method="auto", precision=precisions_of(device)[-1])
-        self.scene = self._small(scene)
-        self.is_whole = self.scene.film == scene.film  # what is enough on it is enough
+        self.scene = self._lens_film(scene)
         self.reference = trace(self.best.of(self.scene), device=device)
         self.truth = Truth.bounded(self.best.of(self.scene), np.arange(self.reference.status.size), device)
         self.maps: dict[Combination, RayMap] = {self.best: self.reference}
@@ -102,12 +101,23 @@ class Planning:
         plan = self._fastest(near)
         return self._march(plan, times, {each.combination.precision for each in near})
 
-    def _small(self, scene: Scene) -> Scene:
-        """Return the scene with a film that can be traced again and again."""
+    def _lens_film(self, scene: Scene) -> Scene:
+        """Return the scene with a film of the part that shows lenses, of so many pixels as can be traced repeatedly.
+
+        Rays beside them would say nothing; and a lens of a few pixels is looked at by more rays than it has.
+        """
         fewest, most = _PIXELS
-        small = coarser(scene, fewest)
-        ns = best_times([self.best.of(small)], self.device)[0]
-        return coarser(scene, int(min(max(_SECONDS * 1e9 / (_BOUNDED_TRACES * ns), fewest), most)))
+        overview = trace(self.best.of(coarser(scene, most)), device=self.device)
+        if not overview.events.any() and overview.status.size < scene.film.columns * scene.film.rows:
+            overview = trace(self.best.of(scene), device=self.device)
+        rows, columns = np.nonzero(overview.events)
+        if not rows.size:
+            return coarser(scene, fewest)
+        ns = overview.trace_seconds / rows.size * 1e9  # of those that meet a lens; the others cost little
+        pixels = int(min(max(_SECONDS * 1e9 / (_BOUNDED_TRACES * ns), fewest), most))
+        return _part(
+            scene, overview.status.shape, (rows.min(), rows.max() + 1), (columns.min(), columns.max() + 1), pixels
+        )
 
     def _calibration(self) -> dict[Combination, float]:
         """Return the times of all searches in all precisions; of the march with so many steps through the lens."""
@@ -141,9 +151,8 @@ class Planning:
         return self.maps[combination]
 
     def _is_enough(self, achieved: Achieved) -> bool:
-        margin = 1.0 if self.is_whole else _MARGIN
-        lost = _MARGIN_OF_MARCH if achieved.combination.method == MARCH else margin
-        is_accurate = achieved.error <= margin * self.wanted.value and achieved.differ <= lost * MOST_DIFFER
+        lost = _MARGIN_OF_MARCH if achieved.combination.method == MARCH else _MARGIN
+        is_accurate = achieved.error <= _MARGIN * self.wanted.value and achieved.differ <= lost * MOST_DIFFER
         return is_accurate and achieved.combination not in self.without
 
     def _fastest(self, some: list[Achieved]) -> Plan:
@@ -194,3 +203,25 @@ class Planning:
                     break
                 parts *= _FINER
         return plan
+
+
+def _part(scene: Scene, shape: tuple[int, ...], rows: tuple[int, int], columns: tuple[int, int], pixels: int) -> Scene:
+    """Return the scene with a part of its film, given in pixels of a film of that shape, at so many pixels in all."""
+    film = scene.film
+    (top, bottom), (left, right) = (
+        [place / n for place in span] for span, n in zip((rows, columns), shape, strict=True)
+    )
+    across, down = np.asarray(film.right), np.asarray(film.down)
+    corner = np.asarray(film.corner) + left * across + top * down
+    # As many columns to a row as the part has of the film's own pixels
+    aspect = (right - left) * film.columns / ((bottom - top) * film.rows)
+    wide = min(max(round(math.sqrt(pixels * aspect)), 1), pixels)
+    return scene.replace(
+        {
+            "film.corner": corner.tolist(),
+            "film.right": ((right - left) * across).tolist(),
+            "film.down": ((bottom - top) * down).tolist(),
+            "film.scale": 1.0,
+            "film.size": [wide, max(pixels // wide, 1)],
+        }
+    )

@@ -29,7 +29,7 @@ USUAL: Mapping[str, int] = {MANY: 80, EDGE: 120, STEEP: 100, LENS: 600, FREE: 15
 _MANY, _STEEP = 0.98, 0.95  # quantiles, of the rays that meet a lens, from which on they count as such
 _SEED = 20  # every run looks at the same pixels
 _ALL, _BUT_LAST, _BUT_FIRST = slice(None), slice(None, -1), slice(1, None)
-_NEIGHBOURS = (((_BUT_LAST, _ALL), (_BUT_FIRST, _ALL)), ((_ALL, _BUT_LAST), (_ALL, _BUT_FIRST)))  # below; to the right
+NEIGHBOURS = (((_BUT_LAST, _ALL), (_BUT_FIRST, _ALL)), ((_ALL, _BUT_LAST), (_ALL, _BUT_FIRST)))  # below; to the right
 _LANDS = tuple(int(status) for status in RayStatus if status.lands)
 
 
@@ -81,7 +81,7 @@ def strata(raymap: RayMap) -> NDArray[np.uint8]:
     ends = raymap.events.astype(np.int32) * len(RayStatus) + np.where(lands, 0, raymap.status)
     edge = np.zeros(ends.shape, np.bool_)
     stretch = np.zeros(ends.shape)
-    for here, there in _NEIGHBOURS:
+    for here, there in NEIGHBOURS:
         differs = ends[here] != ends[there]
         edge[here] |= differs
         edge[there] |= differs
