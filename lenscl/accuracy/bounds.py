@@ -70,7 +70,8 @@ class Places:
     status, events : uint8 array, shape (N,)
         How it ended, and surfaces met.
     bound : float64 array, shape (N,)
-        On max(|ds|, |dt|); -1 where none can be given: the ray has no place, or rounding may decide its path.
+        On max(|ds|, |dt|); -1 where none can be given: the ray has no place, rounding may decide its
+        path, or it leaves too little of F.
     """
 
     st: Array = field(repr=False)
@@ -195,9 +196,11 @@ def _places(
     across = _ULPS * _EPS * np.maximum(np.abs(points).max(axis=1), max(reach(scene), offset))
     turned = _ULPS * _EPS * (1.0 + np.broadcast_to(turn, across.shape))
     displaced, tilted = surface_noise(scene, found)
+    is_told = np.isfinite(displaced) & np.isfinite(tilted)
+    displaced, tilted = np.where(is_told, (displaced, tilted), 0.0)
     across, turned = np.maximum(across, displaced), np.maximum(turned, tilted)
     turned *= np.where(found.events > _ONE_PASS, growth(scene), 1.0)
-    squares, is_same = np.zeros(found.st.shape), np.isin(found.status, _LANDED)
+    squares, is_same = np.zeros(found.st.shape), np.isin(found.status, _LANDED) & is_told
     for nudge, (move, bend) in zip(_NUDGES, _moves(units), strict=True):
         moved = trace_to_judge(scene, points + across[:, None] * move, units + turned[:, None] * bend, device, nudge)
         is_same &= np.isin(moved.status, _LANDED) & (moved.events == found.events)

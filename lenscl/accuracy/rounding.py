@@ -11,13 +11,14 @@ from lenscl.tracing import Placement, RayPaths, picture_numbers
 
 Array = NDArray[np.float64]
 
-_MOST_NOISE = 1e-6  # of a lens, or radians: beyond, a place has no gradient to speak of
+_MOST_NOISE = 1e-6  # of a lens, or radians: beyond, moves are too large for their effects to be in proportion
 
 
 def surface_noise(scene: Scene, paths: RayPaths) -> tuple[Array, Array]:
     """Return how far rounding in F may displace the surface that each ray met last, and tilt its normal.
 
-    It is usually below the ulps of a start; not so where F is a difference of large numbers.
+    It is usually below the ulps of a start; not so where F is a difference of large numbers. It is inf where rounding
+    leaves too little of F for a bound: beyond a millionth of the lens, or of a radian.
     """
     displaced, tilted = np.zeros((2, len(paths.events)))
     for lens in scene.lenses:
@@ -37,9 +38,10 @@ def surface_noise(scene: Scene, paths: RayPaths) -> tuple[Array, Array]:
             error = np.einsum("in,ij->nj", errors, np.abs(placement.to_local))
             steepness = np.sqrt((normal * normal).sum(axis=1))
             moves, tilts = rounding / steepness, np.sqrt((error * error).sum(axis=1)) / steepness
-        most = _MOST_NOISE * placement.diagonal()
-        displaced[near] = np.maximum(displaced[near], np.clip(np.nan_to_num(moves, posinf=most), 0.0, most))
-        tilted[near] = np.maximum(tilted[near], np.clip(np.nan_to_num(tilts, posinf=_MOST_NOISE), 0.0, _MOST_NOISE))
+        moves = np.where(moves <= _MOST_NOISE * placement.diagonal(), moves, np.inf)
+        tilts = np.where(tilts <= _MOST_NOISE, tilts, np.inf)
+        displaced[near] = np.maximum(displaced[near], moves)
+        tilted[near] = np.maximum(tilted[near], tilts)
     return displaced, tilted
 
 
