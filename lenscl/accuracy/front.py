@@ -93,8 +93,9 @@ class Tried:
 
     @property
     def is_eligible(self) -> bool:
-        """Whether so few rays end otherwise that its error says something."""
-        return self.differ <= MOST_DIFFER
+        """Whether so few rays end otherwise, by both comparisons, that its error says something."""
+        by_sample = self.judgement.differ.low
+        return self.differ <= MOST_DIFFER and (by_sample is None or by_sample <= MOST_DIFFER)
 
     def ratio_bounds(self, other: Tried) -> tuple[float, float]:
         """Return between what its time over another's lies, by the rounds."""
@@ -267,7 +268,9 @@ def coarser(scene: Scene, most: int = MOST_PIXELS) -> Scene:
     if columns * rows <= most:
         return scene
     shrink = sqrt(most / (columns * rows))
-    return scene.replace({"film.size": [max(1, int(columns * shrink)), max(1, int(rows * shrink))]})
+    wide = min(max(1, int(columns * shrink)), most)
+    wide = max(wide, most // rows)  # of a film with few rows, more of its columns
+    return scene.replace({"film.size": [wide, max(1, min(rows, most // wide))]})
 
 
 def _times(scenes: Sequence[Scene], device: Device, rounds: int) -> list[tuple[float, ...]]:

@@ -77,7 +77,7 @@ def front_sentence(front: Front, wanted: Accuracy | None = None) -> str:
     cheapest = front.cheapest(wanted)
     parts = [f"within {asked}: " + ("nothing here is" if cheapest is None else _told(cheapest))]
     if exact := front.on_front()[:1]:
-        parts.append(f"the most exact: {_told(exact[0])}")
+        parts.append(f"as exact as can be told: {_told(exact[0])}")
     for march in (each for each in front.tried if each.combination == front.forerunner):
         beaten = [each for each in front.on_front() if each.error <= march.most_error]
         fastest = min(beaten, key=lambda each: each.time, default=march)

@@ -54,7 +54,7 @@ def pareto(study_path: Path, out: Path | None, overrides: tuple[str, ...], round
 
     require_plotting()  # said before a minute has gone
     study = open_study(study_path, overrides)
-    folder = out or Path("out") / f"{study_path.stem}-pareto"
+    folder = _made(out or Path("out") / f"{study_path.stem}-pareto")
     front = measure_front(
         study.scene,
         device.choose(),
@@ -77,16 +77,22 @@ def pareto(study_path: Path, out: Path | None, overrides: tuple[str, ...], round
     _write(folder, front, wanted)
 
 
-def _write(folder: Path, front: Front, wanted: Accuracy | None) -> None:
-    from lenscl.accuracy import front_csv
+def _made(folder: Path) -> Path:
+    """Return the folder, made if it is missing: what is wrong with it is said before a minute has gone."""
     from lenscl.errors import LensclError
-    from lenscl.imaging.atomic import whole_file
-    from lenscl.views import write_front_page, write_front_picture
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise LensclError(f"{folder}: cannot be made: {error.strerror}; choose another with -o") from error
+    return folder
+
+
+def _write(folder: Path, front: Front, wanted: Accuracy | None) -> None:
+    from lenscl.accuracy import front_csv
+    from lenscl.imaging.atomic import whole_file
+    from lenscl.views import write_front_page, write_front_picture
+
     text = front_csv(front).encode()
     with whole_file(folder / "pareto.csv", len(text)) as temporary:
         temporary.write_bytes(text)

@@ -5,6 +5,7 @@ As a picture by matplotlib, and as a page by plotly that needs nothing from else
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -74,9 +75,9 @@ def write_front_picture(path: Path, front: Front, wanted: Accuracy | None = None
     plot.grid(True, which="major", color="#dddddd", linewidth=0.6)
     plot.set_xlabel("time, ns a ray")
     plot.set_ylabel("error, picture pixels: 99 % of the rays land within it")
-    figure.text(
-        _LEFT / _WIDTH, 1 - 28 / _HEIGHT, f"What accuracy costs in time: {front.title}", fontsize=13, va="center"
-    )
+    as_it_is: dict[str, Any] = {"parse_math": False}  # a dollar sign in a title is one
+    title = _plain(f"What accuracy costs in time: {front.title}")
+    figure.text(_LEFT / _WIDTH, 1 - 28 / _HEIGHT, title, fontsize=13, va="center", **as_it_is)
 
     line = _step_line(front, axes)
     plot.plot(*zip(*line, strict=True), color="#444444", linewidth=1.4, zorder=2, label="the front")
@@ -87,8 +88,9 @@ def write_front_picture(path: Path, front: Front, wanted: Accuracy | None = None
         look = _look(front, one)
         low, high = one.time_bounds
         error = _drawn(one.error)
-        plot.plot([low, high], [error, error], color=look.colour, alpha=0.5 * look.alpha, linewidth=1, zorder=1)
-        plot.plot([one.time] * 2, _error_bounds(one), color=look.colour, alpha=0.5 * look.alpha, linewidth=1, zorder=1)
+        if one.is_eligible:  # others have bounds of many decades, and no say
+            plot.plot([low, high], [error, error], color=look.colour, alpha=0.5, linewidth=1, zorder=1)
+            plot.plot([one.time] * 2, _error_bounds(one), color=look.colour, alpha=0.5, linewidth=1, zorder=1)
         plot.plot(
             one.time, error, _MARKERS[one.combination.precision][0], color=look.colour, alpha=look.alpha, zorder=3,
             markerfacecolor="white" if look.is_hollow else look.colour, markersize=9 if look.is_front else 6,
@@ -97,7 +99,7 @@ def write_front_picture(path: Path, front: Front, wanted: Accuracy | None = None
         here = axes.place(one.time, error)
         plot.annotate(
             str(one.combination), xy=(one.time, error), xytext=(x - here[0], y - here[1]), textcoords="offset pixels",
-            ha="center", va="center", fontsize=7.5, alpha=max(look.alpha, 0.6), color="black", zorder=4,
+            ha="center", va="center", fontsize=7.5, alpha=max(look.alpha, 0.6), color="black", zorder=4, **as_it_is,
             fontweight="bold" if look.is_front else "normal",
             arrowprops={"arrowstyle": "-", "color": "#aaaaaa", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 3},
         )  # fmt: skip
@@ -105,9 +107,11 @@ def write_front_picture(path: Path, front: Front, wanted: Accuracy | None = None
     plot.xaxis.set_major_formatter(plain := matplotlib.ticker.FuncFormatter(lambda value, _: f"{value:g}"))
     plot.xaxis.set_minor_locator(matplotlib.ticker.LogLocator(subs=(2, 5)))
     plot.xaxis.set_minor_formatter(plain)
-    figure.text(_LEFT / _WIDTH, (_BOTTOM - 52) / _HEIGHT, "\n".join(_below(front, wanted)), fontsize=7.5, va="top",
-                family="monospace", linespacing=1.35)  # fmt: skip
-    with whole_file(path, 4 * _WIDTH * _HEIGHT) as temporary, matplotlib.rc_context({"svg.hashsalt": "lenscl"}):
+    below = "\n".join(_below(front, wanted))
+    figure.text(_LEFT / _WIDTH, (_BOTTOM - 52) / _HEIGHT, below, fontsize=7.5, va="top", family="monospace",
+                linespacing=1.35, **as_it_is)  # fmt: skip
+    with whole_file(path, 4 * _WIDTH * _HEIGHT) as temporary, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing")  # letters that the font lacks are drawn as boxes
         figure.savefig(temporary, format="png")
 
 
@@ -142,8 +146,8 @@ def write_front_page(path: Path, front: Front, wanted: Accuracy | None = None) -
                 figure.add_scatter(
                     x=[each.time for each in some], y=[_drawn(each.error) for each in some], mode="markers",
                     name=f"{method}, {precision}", hovertext=[_hover(front, each) for each in some], hoverinfo="text",
-                    error_x=_bars([(each.time, *each.time_bounds) for each in some]),
-                    error_y=_bars([(_drawn(each.error), *_error_bounds(each)) for each in some]),
+                    error_x=_bars([_time_bar(each) for each in some]),
+                    error_y=_bars([_error_bar(each) for each in some]),
                     marker={
                         "color": _COLOURS.get(method, "#000000"), "opacity": [look.alpha for look in looks],
                         "symbol": [f"{symbol}-open" if look.is_hollow else symbol for look in looks],
@@ -163,7 +167,7 @@ def write_front_page(path: Path, front: Front, wanted: Accuracy | None = None) -
         figure.add_hline(y=wanted.value, line={"dash": "dot", "color": "#888888", "width": 1})
     decades = {"type": "log", "dtick": 1, "exponentformat": "power", "gridcolor": "#dddddd"}
     figure.update_layout(
-        title={"text": f"What accuracy costs in time: {_escaped(front.title)}", "x": _LEFT / _WIDTH},
+        title={"text": _escaped(_plain(f"What accuracy costs in time: {front.title}")), "x": _LEFT / _WIDTH},
         xaxis={**decades, "dtick": "D2", "exponentformat": "none", "range": axes.x, "title": "time, ns a ray"},
         yaxis={**decades, "range": axes.y, "title": "error, picture pixels: 99 % of the rays land within it"},
         width=_WIDTH, height=_HEIGHT, plot_bgcolor="white", showlegend=True,
@@ -200,7 +204,7 @@ def _look(front: Front, one: Tried) -> _Look:
 
 
 def _axes(front: Front) -> _Axes:
-    times = [bound for each in front.tried for bound in each.time_bounds]
+    times = [each.time for each in front.tried]  # a disturbed round's bar may stick out
     errors = [_drawn(each.error) for each in front.tried]
     room = 0.08 * (log10(max(times)) - log10(min(times))) + 0.05
     return _Axes(
@@ -234,6 +238,15 @@ def _error_bounds(one: Tried) -> tuple[float, float]:
     return _drawn(bounds.value if bounds.low is None else bounds.low), _drawn(one.most_error)
 
 
+def _time_bar(one: Tried) -> tuple[float, float, float]:
+    return (one.time, *one.time_bounds) if one.is_eligible else (one.time, one.time, one.time)
+
+
+def _error_bar(one: Tried) -> tuple[float, float, float]:
+    error = _drawn(one.error)
+    return (error, *_error_bounds(one)) if one.is_eligible else (error, error, error)
+
+
 def _bars(triples: Sequence[tuple[float, float, float]]) -> dict[str, Any]:
     up = [most - value for value, _, most in triples]
     down = [value - least for value, least, _ in triples]
@@ -262,7 +275,7 @@ def _hover(front: Front, one: Tried) -> str:
 def _below(front: Front, wanted: Accuracy | None) -> list[str]:
     sentence = front_sentence(front, wanted).split("; ")
     lines = [*sentence, "", *circumstances(front)]
-    return [part for line in lines for part in wrap(line, _LONGEST, subsequent_indent=_INDENT) or [""]]
+    return [_plain(part) for line in lines for part in wrap(line, _LONGEST, subsequent_indent=_INDENT) or [""]]
 
 
 def _kinds(front: Front) -> tuple[list[str], list[str]]:
@@ -280,10 +293,16 @@ def _legend(front: Front) -> list[Any]:
     shapes = [
         Line2D([], [], color="#555555", marker=_MARKERS[each][0], linestyle="", label=each) for each in precisions
     ]
+    hollow = Line2D([], [], color="#555555", marker="o", linestyle="", markerfacecolor="white", label="paraxial")
     pale = Line2D([], [], color="#555555", marker="o", linestyle="", markerfacecolor="white", alpha=_PALE,
                   label="not eligible")  # fmt: skip
     front_line = Line2D([], [], color="#444444", linewidth=1.4, label="the front")
-    return [front_line, *colours, *shapes, pale]
+    return [front_line, *colours, *shapes, hollow, pale]
+
+
+def _plain(text: str) -> str:
+    """Return text that draws as it reads: what is not printable is spelled out."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def _escaped(text: str) -> str:

@@ -120,7 +120,7 @@ def test_the_sentence_says_what_a_wish_needs_and_what_the_forerunner_costs() -> 
     here = made(tried("exact", 20, 1e-9), tried("coarse", 10, 1e-3), tried("march", 60, 1.1e-9))
     told = front_sentence(here).split("; ")
     assert told[0].startswith("within 0.05 px: coarse, double, ")
-    assert told[1].startswith("the most exact: exact, double, ")
+    assert told[1].startswith("as exact as can be told: exact, double, ")
     assert "the forerunner's method: march, double, " in told[2]
     assert "3.0 x" in told[2]
     assert front_sentence(here, Accuracy(1e-15, "px")).startswith("within 1e-15 px: nothing here is")

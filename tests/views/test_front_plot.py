@@ -34,6 +34,10 @@ def test_the_picture_is_one(measured: Front, tmp_path: Path) -> None:
     write_front_picture(tmp_path / "front.png", measured, Accuracy(0.05, "px"))
     picture = read_picture(tmp_path / "front.png")
     assert picture.size == (1280, 860)
+    for title in ("Costs $5 and $x^", "bad $\\frac$", "\x1b[31m a bell \a", "日本"):  # no mathematics, no control
+        write_front_picture(tmp_path / "front.png", replace(measured, title=title))
+        write_front_page(tmp_path / "front.html", replace(measured, title=title))
+        assert "\x1b" not in (tmp_path / "front.html").read_text()
     assert len({tuple(pixel) for pixel in picture.pixels.reshape(-1, picture.pixels.shape[2])[::7].tolist()}) > 20
 
 
