@@ -48,7 +48,6 @@ __all__ = [
     "measure_front",
     "pixel_bounds",
     "place_bounds",
-    "plan",
     "planner_of",
     "trace",
     "trace_rays",

@@ -23,7 +23,7 @@ def trace(
     ----------
     scene : Scene
         What to trace. Where it has `numerics.accuracy`, the cheapest way that meets it is taken, and the map is
-        checked; `raymap.scene` says which way that was.
+        checked; `raymap.scene` says which way that was. Pixels are those of `picture.size`: a scene knows no images.
     method, precision : str, optional
         In place of the scene's own, and of a wish for accuracy.
     device : Device or str, optional

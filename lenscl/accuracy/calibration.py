@@ -12,9 +12,10 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import platformdirs
-from pydantic import TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
 from lenscl.accuracy.combination import Combination
 from lenscl.config import Scene
@@ -33,7 +34,7 @@ class Calibration:
     """Nanoseconds a ray of each combination, the best of some rounds; and what they are times of."""
 
     about: dict[str, str]
-    ns: tuple[tuple[Combination, float], ...]
+    ns: tuple[tuple[Combination, Annotated[float, Field(gt=0, allow_inf_nan=False)]], ...]
 
 
 _FORM = TypeAdapter(Calibration)
@@ -78,7 +79,7 @@ class CalibrationCache:
 
 def key_of(scene: Scene, device: Device) -> dict[str, str]:
     """Return what a calibration hangs on: device, driver, version and kernel."""
-    plain = Combination(method="auto", precision="double" if device.has_double else "single").of(scene)
+    plain = Combination(method="auto").of(scene)
     return {
         **device.circumstances(),
         "units": str(device.units),

@@ -8,6 +8,7 @@ certified answers take their place.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,6 +31,7 @@ from lenscl.accuracy.truth import Truth
 from lenscl.codegen import Precision
 from lenscl.config import Scene
 from lenscl.device import Device
+from lenscl.errors import LensclError, TraceError
 from lenscl.tracing import Placement, RayMap, trace
 
 _PIXELS = (2**13, 2**18)  # of the film that a plan is made on
@@ -71,7 +73,12 @@ class Planning:
     ) -> None:
         self.without = without
         self.wanted, self.size, self.device, self.cache = wanted_of(scene), size, device, cache
-        self.best = Combination(method="auto", precision=precisions_of(device)[-1])
+        if not device.has_double:
+            raise TraceError(
+                f"numerics.accuracy: is judged in double precision, which {device.label} lacks; "
+                "set numerics.method and numerics.precision, or choose another of `lenscl devices` by LENSCL_DEVICE"
+            )
+        self.best = Combination(method="auto")
         self.scene = self._lens_film(scene)
         self.reference = trace(self.best.of(self.scene), device=device)
         self.truth = Truth.bounded(self.best.of(self.scene), np.arange(self.reference.status.size), device)
@@ -122,17 +129,18 @@ class Planning:
     def _calibration(self) -> dict[Combination, float]:
         """Return the times of all searches in all precisions; of the march with so many steps through the lens."""
         key = key_of(self.scene, self.device)
+        tried = [
+            Combination(method=name, precision=precision)
+            for precision in precisions_of(self.device)
+            for name in serving(self.scene)
+        ]
         kept = self.cache.get(key)
-        if kept is None:
-            tried = [
-                Combination(method=name, precision=precision)
-                for precision in precisions_of(self.device)
-                for name in serving(self.scene)
-            ]
+        if kept is None or [combination for combination, _ in kept.ns] != tried:
             scenes = [self._usual(each).of(self.scene) for each in tried]
             times = best_times(scenes, self.device)
             kept = Calibration(about=key, ns=tuple(zip(tried, times, strict=True)))
-            self.cache.keep(kept)
+            with suppress(LensclError):  # a cache that cannot be written costs time, and nothing else
+                self.cache.keep(kept)
         return dict(kept.ns)
 
     def _usual(self, combination: Combination) -> Combination:
@@ -156,10 +164,19 @@ class Planning:
         return is_accurate and achieved.combination not in self.without
 
     def _fastest(self, some: list[Achieved]) -> Plan:
-        """Return the fastest; of several that are nearly as fast, the most accurate."""
+        """Return the fastest; of several that are nearly as fast, always the same one."""
         times = best_times([each.combination.of(self.scene) for each in some], self.device)
         as_fast = [pair for pair in zip(times, some, strict=True) if pair[0] <= _ALIKE * min(times)]
-        ns, achieved = min(as_fast, key=lambda pair: pair[1].error)
+        # Noise is not to choose: the most precise, and of those the method that auto would take
+        precisions, methods = precisions_of(self.device), serving(self.scene)
+        ns, achieved = min(
+            as_fast,
+            key=lambda pair: (
+                -precisions.index(pair[1].combination.precision),
+                methods.index(pair[1].combination.method),
+                pair[1].combination.snell,
+            ),
+        )
         return Plan(achieved=achieved, ns=ns)
 
     def _by_certified_answers(self, seen: list[Achieved]) -> list[Achieved]:

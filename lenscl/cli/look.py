@@ -56,12 +56,13 @@ def kernel(study_path: Path, overrides: tuple[str, ...]) -> None:
       lenscl kernel configs/torus.toml
       lenscl kernel configs/torus.toml --set numerics.precision=single > torus.cl
     """
-    from lenscl.accuracy import planner_of
+    from lenscl.accuracy import largest_size, planner_of
     from lenscl.tracing import kernel_source
 
-    scene = open_study(study_path, overrides).scene
+    study = open_study(study_path, overrides)
+    scene = study.scene
     if scene.numerics.accuracy is not None:
-        plan = planner_of().plan(scene)
+        plan = planner_of().plan(scene, largest_size(scene, study.images))
         click.echo(plain(f"accuracy: {plan.achieved}"), err=True)
         scene = plan.combination.of(scene)
     click.echo(kernel_source(scene).text)
