@@ -6,6 +6,7 @@ import ast
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 
 import lenscl
@@ -107,6 +108,17 @@ def test_a_wrong_import_is_seen() -> None:
     assert fault("codegen", "config") == "codegen imports config"
     assert fault("config", "expr") == "config imports expr"
     assert fault("tracing", "config") is None
+
+
+def test_what_a_room_offers_is_there() -> None:
+    offered = 0
+    for path in sorted(PACKAGE.rglob("__init__.py")):
+        name = ".".join(("lenscl", *path.parent.relative_to(PACKAGE).parts))
+        room = import_module(name)
+        for each in getattr(room, "__all__", ()):
+            offered += 1
+            assert hasattr(room, each), f"{name} does not have {each}"
+    assert offered > 150
 
 
 def test_importing_the_package_loads_nothing_heavy() -> None:

@@ -17,10 +17,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ends:
-    """The ends of N rays: the last leg's origin and direction, shape (N, 3), status and events, shape (N,)."""
+    """The ends of N rays: the last leg's origin and direction, shape (N, 3), where it lands, status and events."""
 
     origin: Array = field(repr=False)
     direction: Array = field(repr=False)
+    st: Array = field(repr=False)
     status: NDArray[np.uint8] = field(repr=False)
     events: NDArray[np.uint8] = field(repr=False)
 
@@ -62,5 +63,5 @@ class Follower:
         """Trace rays from points along vectors of any length, shape (N, 3), through at most so many surfaces."""
         self._job.max_events = max_events
         ends = given_ends(self._job, points, unit_vectors(vectors))
-        origin, direction = (ends[name].astype(np.float64) for name in ("origin", "direction"))
-        return Ends(origin, direction, ends["status"], ends["events"])
+        origin, direction, st = (ends[name].astype(np.float64) for name in ("origin", "direction", "st"))
+        return Ends(origin, direction, st, ends["status"], ends["events"])

@@ -184,6 +184,15 @@ def test_the_csv_carries_all_that_a_figure_needs(measured: Front) -> None:
         assert row["place"] == measured.places[one.combination]
 
 
+@pytest.mark.parametrize("size", [[1, 10**6], [2, 10**6], [10**6, 3], [700, 900], [90, 90], [8192, 1]])
+def test_a_film_is_made_coarser_to_no_more_than_so_many_pixels(size: list[int]) -> None:
+    scene = make_scene({"surface": "sphere"}, film={"size": size})
+    columns, rows = front.coarser(scene, 8192).film.size
+    assert 4000 < columns * rows <= 8192 or [columns, rows] == size
+    assert columns <= size[0]
+    assert rows <= size[1]
+
+
 def test_a_film_that_meets_no_lens_has_no_front() -> None:
     scene = make_scene({"surface": "sphere", "centre": [50.0, 0.0, 0.0]}, film={"size": [8, 8]})
     with pytest.raises(StudyError, match="film: no ray meets a lens"):

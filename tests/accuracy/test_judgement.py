@@ -95,6 +95,11 @@ def test_a_colour_changes_where_it_would_be_seen(raymap: RayMap, truth: Truth) -
     assert seen == pytest.approx((raymap.status == RayStatus.PICTURE).mean())
 
 
+def test_what_a_double_of_the_truth_leaves_off_counts(raymap: RayMap, truth: Truth) -> None:
+    rest = np.full(truth.st.shape, 1e-3)
+    assert judge(raymap, replace(truth, rest=rest)).pixels.median.value == pytest.approx(0.512)
+
+
 def test_what_nobody_knows_is_left_out(raymap: RayMap, truth: Truth) -> None:
     known = np.ones(raymap.status.size, np.bool_)
     known[:100] = False

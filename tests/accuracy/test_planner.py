@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -278,3 +279,75 @@ def test_random_scenes_meet_their_wishes(here: Planner, number: int, monkeypatch
     error, differ = error_of(raymap, achieved.wanted)
     assert error <= achieved.wanted.value
     assert differ <= 0.01  # of a few hundred rays; the planner saw to 0.1 % of thousands
+
+
+@pytest.mark.parametrize(("stretch", "wish"), [(0.02, "0.2 px"), (0.035, "0.2 px"), (0.035, "1e-5 px")])
+def test_a_lens_of_a_few_pixels_is_judged_by_all_of_its_rays(here: Planner, stretch: float, wish: str) -> None:
+    lens = {"surface": "heart", "stretch": [stretch] * 3, "rotate": [-90.0, -90.0, 0.0]}
+    scene = make_scene(lens, film={"size": [1200, 1200]}, numerics={"accuracy": wish})
+    raymap, achieved = here.trace(scene)
+    assert achieved is not None
+    exact = trace(achieved.combination.of(scene), precision="double", method="auto")
+    truth = Truth.bounded(exact.scene, np.flatnonzero(exact.events), exact.device)
+    judgement = judge(raymap, truth)
+    assert 90 < judgement.compared == achieved.rays < 400
+    assert judgement.pixels.high.value == pytest.approx(achieved.error)
+    assert achieved.error <= achieved.wanted.value
+
+
+def test_a_large_map_is_judged_by_upper_bounds_of_a_sample() -> None:
+    scene = make_scene({"surface": "torus"}, film={"size": [400, 400]})
+    raymap, wanted = trace(scene, precision="single"), Accuracy(0.05, "px")
+    combination = Combination(method="polynomial", precision="single")
+    every = judge(raymap, Truth.bounded(scene, np.arange(raymap.status.size), raymap.device))
+    achieved = check(raymap, wanted, combination, None)
+    assert achieved.rays > 10_000
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("lenscl.accuracy.achieved._CHECKED", (2048, 2048))
+        sampled = check(raymap, wanted, combination, None)
+    assert 1500 < sampled.rays < 2100
+    assert every.pixels.high.value < sampled.error < 20 * every.pixels.high.value
+    assert sampled.differ >= every.differ.value
+
+
+def test_rays_that_a_map_lost_beside_a_lens_are_looked_at(here: Planner) -> None:
+    scene = make_scene({"surface": "sphere"}, film={"size": [300, 300]})
+    raymap = trace(scene)
+    lens = raymap.events > 0
+    rim = lens & ~(np.roll(lens, 1, 0) & np.roll(lens, -1, 0) & np.roll(lens, 1, 1) & np.roll(lens, -1, 1))
+    lost = replace(raymap, events=np.where(rim, 0, raymap.events).astype(np.uint8))
+    achieved = check(lost, Accuracy(1.0, "px"), Combination(method="polynomial"), None)
+    assert achieved.differ == pytest.approx(rim.sum() / lens.sum(), rel=0.02)
+    assert not achieved.is_met
+
+
+@pytest.mark.parametrize("harm", ["folder", "no times", "no march", "no number"])
+def test_a_cache_that_cannot_be_used_costs_time_alone(times: list[Scene], tmp_path: Path, harm: str) -> None:
+    cache = CalibrationCache(tmp_path / "calibration")
+    scene = make_scene({"surface": "torus"}, film=FILM, numerics={"accuracy": "0.05 px"})
+    if harm == "folder":
+        cache.folder.write_text("a file where the folder should be")
+    else:
+        Planner(choose(), cache).trace(scene)
+        (kept,) = cache.folder.iterdir()
+        found = json.loads(kept.read_text())
+        if harm == "no times":
+            found["ns"] = []
+        elif harm == "no march":
+            found["ns"] = [pair for pair in found["ns"] if pair[0]["method"] != "march"]
+        else:
+            found["ns"][0][1] = -1.0
+        kept.write_text(json.dumps(found))
+    times.clear()
+    _, achieved = Planner(choose(), cache).trace(scene)
+    assert achieved is not None
+    assert achieved.is_met
+    assert len(times) > 10  # measured anew
+
+
+def test_where_no_ray_can_be_judged_that_is_said(here: Planner) -> None:
+    scene = make_scene({"surface": "torus"}, film=FILM, numerics={"accuracy": "1e-9 px", "max_events": 1})
+    _, achieved = here.trace(scene)
+    assert achieved is not None
+    assert achieved.rays == 0
+    assert "no ray meets a lens and lands" in str(achieved)

@@ -1,11 +1,14 @@
 """Check a ray map by itself: on a sample of its rays, what must hold of every path, whatever the lens.
 
-Four laws are checked at every surface point of some 64 rays, followed through the device's own kernels:
+Four laws are checked at every surface point of some 64 rays, followed through the device's own kernels, and two more on
+their last legs:
 
     length    directions stay unit
     surface   |F| = 0 where a surface is met
     snell     rays bend there by the scene's rule, and turn back only where there is no way through
     return    sent back along each leg, a ray comes back the way it came
+    ahead     nothing lies in the way of a ray that has left the lenses: F is nowhere negative
+    place     it lands where its last leg meets the picture's plane
 
 and one more that joins them to the map: the followed ray ends as the map says that its pixel did. Nothing is compared
 with another program's answer. Every residual is held against a bound of its own, made of the roundings that the
@@ -23,6 +26,7 @@ from numpy.typing import NDArray
 from lenscl.accuracy.selfcheck.bends import bends, stopped
 from lenscl.accuracy.selfcheck.findings import LAWS, MOST_FAILURES, UNCHECKED, Failure, SelfCheck
 from lenscl.accuracy.selfcheck.hits import SAFETY, Hits, Tolerance, hits_of
+from lenscl.accuracy.selfcheck.legs import landings, obstacles
 from lenscl.accuracy.selfcheck.returns import Leg, Return, sent_back
 from lenscl.status import RayStatus
 from lenscl.tracing import TOLERANCE, Ends, Follower, RayMap, film_rays, methods_of
@@ -38,6 +42,7 @@ _MOST_EVENTS = 16  # surfaces of a ray that are looked at
 _SETTLES = 64.0
 _BESIDE = (4.0, 16.0)  # roundings
 _CORNERS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])  # a tetrahedron's
+_LANDS = tuple(int(status) for status in RayStatus if status.lands)
 _LARGEST = 1e30  # a residual that is no number is written as this
 
 
@@ -168,6 +173,8 @@ class _Check:
         bound = np.cumsum(sums, axis=0)[event + 1, ray]
         self._note("surface", ray, event + 1, np.where(np.isfinite(at).all(axis=1), hits.value, _LARGEST), bound)
 
+        self._check_last_legs(ends, hits, event, ray)
+
         # A ray that ended by total reflection keeps its direction
         stops = (ends.status[ray] == RayStatus.TOTAL_REFLECTION) & (event + 1 == ends.events[ray])
         residual, bound = bends(self.scene, hits, before, after, self.eps)
@@ -209,6 +216,24 @@ class _Check:
         events, rays = np.nonzero(np.arange(len(directions))[:, None] <= ends.events)
         residual = np.abs(np.linalg.norm(directions[events, rays], axis=1) - 1.0)
         self._note("length", rays, events, residual, np.stack(bounds)[events, rays])
+
+    def _check_last_legs(self, ends: Ends, hits: Hits, event: Pixels, ray: Pixels) -> None:
+        """Hold places against the legs that lead to them, and look along these for what was passed over."""
+        finite = np.isfinite(np.hstack([ends.origin, ends.direction, ends.st])).all(axis=1)
+        lands = np.flatnonzero(np.isin(ends.status, _LANDS) & finite)
+        if not lands.size:
+            return
+        legs = ends.origin[lands], ends.direction[lands]
+        residual, bound = landings(self.scene.picture, *legs, ends.st[lands], self.eps)
+        self._note("place", lands, 0, residual, bound)
+
+        allowed = np.zeros(len(ends.events))
+        np.maximum.at(allowed, ray, np.where(np.isfinite(hits.bound), hits.bound, np.inf))
+        residual, bound = obstacles(self.scene, *legs, allowed[lands], self.eps)
+        if self.may_lose:
+            self.unchecked["lost"] += int((residual > bound).sum())
+        else:
+            self._note("ahead", lands, ends.events[lands], residual, bound)
 
     def _check_returns(
         self, legs: Pixels, hits: Hits, before: Array, at: Array, after: Array, end: Array, event: Pixels, ray: Pixels

@@ -7,12 +7,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Self
 
-LAWS = ("length", "surface", "snell", "return", "map")
+LAWS = ("length", "surface", "snell", "return", "ahead", "place", "map")
 _EXPECTED = {
     "length": "a unit direction",
     "surface": "|F| = 0 at the point where the surface is met",
     "snell": "a ray that bends by the scene's rule",
     "return": "a ray that comes back the way it came",
+    "ahead": "nothing in the way of the last leg",
+    "place": "a place on the picture where the last leg meets it",
     "map": "the end that a ray through the pixel has when traced alone",
 }
 UNCHECKED = {  # what was left out, in words for people
