@@ -27,7 +27,7 @@ from lenscl.accuracy.combination import MARCH, Combination, precisions_of, servi
 from lenscl.accuracy.front import coarser
 from lenscl.accuracy.judgement import MOST_DIFFER, judge
 from lenscl.accuracy.sample import Sample
-from lenscl.accuracy.truth import Truth
+from lenscl.accuracy.truth import CERTIFIED, Truth
 from lenscl.codegen import Precision
 from lenscl.config import Scene
 from lenscl.device import Device
@@ -160,7 +160,8 @@ class Planning:
 
     def _is_enough(self, achieved: Achieved) -> bool:
         lost = _MARGIN_OF_MARCH if achieved.combination.method == MARCH else _MARGIN
-        is_accurate = achieved.error <= _MARGIN * self.wanted.value and achieved.differ <= lost * MOST_DIFFER
+        margin = 1.0 if achieved.against == CERTIFIED else _MARGIN  # its upper bound is held against the wish already
+        is_accurate = achieved.error <= margin * self.wanted.value and achieved.differ <= lost * MOST_DIFFER
         return is_accurate and achieved.combination not in self.without
 
     def _fastest(self, some: list[Achieved]) -> Plan:
