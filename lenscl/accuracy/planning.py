@@ -203,14 +203,18 @@ class Planning:
         Its time is nearly that of its steps, so it is tried from coarse steps to fine ones, until it loses few enough
         rays or is too slow.
         """
-        if any(each.method == MARCH for each in self.without):
-            return plan  # one that seemed good enough was not: there is no relying on them here
+        # Where one seemed good enough and was not, only finer ones are tried
+        coarsest = min((each.step / _FINER for each in self.without if each.step is not None), default=math.inf)
         for march in (Combination(method=MARCH, precision=each) for each in precisions_of(self.device)):
             if march.precision not in precisions or times[march] > _COARSER * plan.ns:
                 continue
             parts = float(_FEWEST_STEPS)
             while parts <= _MOST_STEPS:
-                achieved = self._judged(combination := self._stepped(march, parts))
+                combination = self._stepped(march, parts)
+                parts *= _FINER
+                if combination.step is not None and combination.step > coarsest:
+                    continue
+                achieved = self._judged(combination)
                 seen = self.maps.pop(combination)
                 if seen.trace_seconds * 1e9 > _COARSER * plan.ns * seen.status.size:
                     break
@@ -219,7 +223,6 @@ class Planning:
                     if ns * (1.0 if plan.combination.method == MARCH else _WORTH) < now:
                         plan = Plan(achieved=achieved, ns=ns)
                     break
-                parts *= _FINER
         return plan
 
 
