@@ -351,3 +351,24 @@ def test_where_no_ray_can_be_judged_that_is_said(here: Planner) -> None:
     assert achieved is not None
     assert achieved.rays == 0
     assert "no ray meets a lens and lands" in str(achieved)
+
+
+def test_what_fails_on_the_map_is_planned_without_and_a_march_again_with_finer_steps(
+    times: list[Scene], here: Planner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(globals(), "STEPS", 0.001)
+    tried: list[Combination] = []
+
+    def refusing(raymap: RayMap, wanted: Accuracy, combination: Combination, size: Any) -> Any:
+        tried.append(combination)
+        achieved = check(raymap, wanted, combination, size)
+        return replace(achieved, differ=1.0) if len(tried) == 1 else achieved
+
+    monkeypatch.setattr("lenscl.accuracy.planner.check", refusing)
+    _, achieved = here.trace(make_scene({"surface": "sphere"}, film=FILM, numerics={"accuracy": "1 px"}))
+    assert achieved is not None
+    assert achieved.is_met
+    assert [each.method for each in tried] == ["march"] * len(tried)
+    steps = [each.step for each in tried if each.step is not None]
+    assert len(steps) >= 2
+    assert steps == sorted(set(steps), reverse=True)
