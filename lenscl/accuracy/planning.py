@@ -1,8 +1,8 @@
 """Find the cheapest way to trace one scene that is as accurate as the scene asks.
 
-The plan is made on a film of at most 2^18 pixels: every ray of it is traced in double precision with a bound on its
-error, and combinations are tried against that, the cheapest first. Where the bounds are too wide for the wish,
-certified answers take their place.
+The plan is made on the part of the film that shows lenses, or on one of at most 2^18 pixels in its place: every ray
+of it is traced in double precision with a bound on its error, and combinations are tried against that, the cheapest
+first. Where the bounds are too wide for the wish, certified answers take their place.
 """
 
 from __future__ import annotations
@@ -37,14 +37,15 @@ from lenscl.tracing import Placement, RayMap, trace
 _PIXELS = (2**13, 2**18)  # of the film that a plan is made on
 _SECONDS = 2.0  # that tracing it with error bounds may take
 _BOUNDED_TRACES = 5  # of every ray, for its bound
-_MARGIN = 0.9  # of the wish: the film itself has another 99 % quantile, by a few per cent
-_MARGIN_OF_MARCH = 0.7  # of the share that may end otherwise, of which a march's steps would take all there is
+_MARGIN = 0.9  # of the wish, where a plan is made on another film: its 99 % quantile is another, by a few per cent
+_MARGIN_OF_MARCH = 0.8  # the same of the share that may end otherwise: a march's steps would take all there is
 _NEAR = 1.6  # times the best: within so much, combinations are timed again on the scene itself
 _ALIKE = 1.08  # times the fastest: noise
-_WORTH = 1.2  # a march must be faster than a guaranteed search by so much to be taken
+_WORTH = 1.1  # a march must be faster than a guaranteed search by so much to be taken
 _WEAK = 0.05  # indices that differ by so little: there alone the paraxial rule can be accurate
 _USUAL_STEPS, _COARSER = 30, 2.0  # steps of a march that a calibration is of; coarser ones may be so much faster
-_FEWEST_STEPS, _MOST_STEPS, _FINER = 8, 2000, 1.3  # of a march across the largest lens, and from one try to the next
+_FEWEST_STEPS, _MOST_STEPS = 8, 2000  # of a march across the largest lens
+_FINER = 1.09  # from one step of a march to the next
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,7 +80,7 @@ class Planning:
                 "set numerics.method and numerics.precision, or choose another of `lenscl devices` by LENSCL_DEVICE"
             )
         self.best = Combination(method="auto")
-        self.scene = self._lens_film(scene)
+        self.scene, self.is_itself = self._lens_film(scene)
         self.reference = trace(self.best.of(self.scene), device=device)
         self.truth = Truth.bounded(self.best.of(self.scene), np.arange(self.reference.status.size), device)
         self.maps: dict[Combination, RayMap] = {self.best: self.reference}
@@ -108,23 +109,34 @@ class Planning:
         plan = self._fastest(near)
         return self._march(plan, times, {each.combination.precision for each in near})
 
-    def _lens_film(self, scene: Scene) -> Scene:
-        """Return the scene with a film of the part that shows lenses, of so many pixels as can be traced repeatedly.
+    def _lens_film(self, scene: Scene) -> tuple[Scene, bool]:
+        """Return the scene with the part of its film that shows lenses, of so many pixels as can be traced repeatedly.
 
-        Rays beside them would say nothing; and a lens of a few pixels is looked at by more rays than it has.
+        Rays beside them would say nothing; and a lens of a few pixels is looked at by more rays than it has. The second
+        says whether the pixels are those of the film itself.
         """
         fewest, most = _PIXELS
-        overview = trace(self.best.of(coarser(scene, most)), device=self.device)
-        if not overview.events.any() and overview.status.size < scene.film.columns * scene.film.rows:
-            overview = trace(self.best.of(scene), device=self.device)
+        film, coarse = scene.film, coarser(scene, most)
+        overview = trace(self.best.of(coarse), device=self.device)
+        if not overview.events.any() and coarse != scene:
+            coarse, overview = scene, trace(self.best.of(scene), device=self.device)
         rows, columns = np.nonzero(overview.events)
         if not rows.size:
-            return coarser(scene, fewest)
+            return coarser(scene, fewest), False
         ns = overview.trace_seconds / rows.size * 1e9  # of those that meet a lens; the others cost little
         pixels = int(min(max(_SECONDS * 1e9 / (_BOUNDED_TRACES * ns), fewest), most))
-        return _part(
-            scene, overview.status.shape, (rows.min(), rows.max() + 1), (columns.min(), columns.max() + 1), pixels
+        (top, bottom), (left, right) = ((int(each.min()), int(each.max()) + 1) for each in (rows, columns))
+        part = (
+            (top / coarse.film.rows, bottom / coarse.film.rows),
+            (left / coarse.film.columns, right / coarse.film.columns),
         )
+        own = bottom - top, right - left
+        if coarse == scene and fewest <= own[0] * own[1] <= pixels:
+            return _part(scene, *part, own), True
+        # As many columns to a row as the part has of the film's own pixels
+        aspect = (right - left) / coarse.film.columns * film.columns / ((bottom - top) / coarse.film.rows * film.rows)
+        wide = min(max(round(math.sqrt(pixels * aspect)), 1), pixels)
+        return _part(scene, *part, (max(pixels // wide, 1), wide)), False
 
     def _calibration(self) -> dict[Combination, float]:
         """Return the times of all searches in all precisions; of the march with so many steps through the lens."""
@@ -159,8 +171,11 @@ class Planning:
         return self.maps[combination]
 
     def _is_enough(self, achieved: Achieved) -> bool:
-        lost = _MARGIN_OF_MARCH if achieved.combination.method == MARCH else _MARGIN
-        margin = 1.0 if achieved.against == CERTIFIED else _MARGIN  # its upper bound is held against the wish already
+        margin, lost = _MARGIN, _MARGIN_OF_MARCH if achieved.combination.method == MARCH else _MARGIN
+        if self.is_itself:
+            margin = lost = 1.0
+        if achieved.against == CERTIFIED:
+            margin = 1.0  # its upper bound is held against the wish already
         is_accurate = achieved.error <= margin * self.wanted.value and achieved.differ <= lost * MOST_DIFFER
         return is_accurate and achieved.combination not in self.without
 
@@ -203,46 +218,55 @@ class Planning:
         Its time is nearly that of its steps, so it is tried from coarse steps to fine ones, until it loses few enough
         rays or is too slow.
         """
-        # Where one seemed good enough and was not, only finer ones are tried
-        coarsest = min((each.step / _FINER for each in self.without if each.step is not None), default=math.inf)
         for march in (Combination(method=MARCH, precision=each) for each in precisions_of(self.device)):
             if march.precision not in precisions or times[march] > _COARSER * plan.ns:
                 continue
-            parts = float(_FEWEST_STEPS)
-            while parts <= _MOST_STEPS:
-                combination = self._stepped(march, parts)
-                parts *= _FINER
-                if combination.step is not None and combination.step > coarsest:
-                    continue
-                achieved = self._judged(combination)
-                seen = self.maps.pop(combination)
-                if seen.trace_seconds * 1e9 > _COARSER * plan.ns * seen.status.size:
-                    break
-                if self._is_enough(achieved):
-                    now, ns = best_times([each.of(self.scene) for each in (plan.combination, combination)], self.device)
-                    if ns * (1.0 if plan.combination.method == MARCH else _WORTH) < now:
-                        plan = Plan(achieved=achieved, ns=ns)
-                    break
+            achieved = self._coarsest_enough(march, _COARSER * plan.ns)
+            if achieved is None:
+                continue
+            both = [each.of(self.scene) for each in (plan.combination, achieved.combination)]
+            now, ns = best_times(both, self.device)
+            if ns * (1.0 if plan.combination.method == MARCH else _WORTH) < now:
+                plan = Plan(achieved=achieved, ns=ns)
         return plan
 
+    def _coarsest_enough(self, march: Combination, ns: float) -> Achieved | None:
+        """Return what the march achieves with the coarsest steps that are enough, None where those take longer.
 
-def _part(scene: Scene, shape: tuple[int, ...], rows: tuple[int, int], columns: tuple[int, int], pixels: int) -> Scene:
-    """Return the scene with a part of its film, given in pixels of a film of that shape, at so many pixels in all."""
+        What a march loses need not fall with its step, so they are tried one by one.
+        """
+        # Where one seemed good enough and was not, only finer ones are tried
+        lost = min((each.step for each in self.without if each.step is not None), default=math.inf)
+        parts = float(_FEWEST_STEPS)
+        while parts <= _MOST_STEPS:
+            combination = self._stepped(march, parts)
+            parts *= _FINER
+            if combination.step is not None and combination.step >= lost:
+                continue
+            achieved = self._marched(combination, ns)
+            if achieved is None or self._is_enough(achieved):
+                return achieved
+        return None
+
+    def _marched(self, march: Combination, ns: float) -> Achieved | None:
+        """Return what a march achieves, None where it takes more nanoseconds a ray."""
+        seen = trace(march.of(self.scene), device=self.device)
+        if seen.trace_seconds * 1e9 > ns * seen.status.size:
+            return None
+        return achieved_by(judge(seen, self.truth, None, self.size), self.wanted, march)
+
+
+def _part(scene: Scene, down: tuple[float, float], across: tuple[float, float], shape: tuple[int, int]) -> Scene:
+    """Return the scene with a part of its film, given in shares of its spans, in so many rows and columns."""
     film = scene.film
-    (top, bottom), (left, right) = (
-        [place / n for place in span] for span, n in zip((rows, columns), shape, strict=True)
-    )
-    across, down = np.asarray(film.right), np.asarray(film.down)
-    corner = np.asarray(film.corner) + left * across + top * down
-    # As many columns to a row as the part has of the film's own pixels
-    aspect = (right - left) * film.columns / ((bottom - top) * film.rows)
-    wide = min(max(round(math.sqrt(pixels * aspect)), 1), pixels)
+    right, below = np.asarray(film.right), np.asarray(film.down)
+    corner = np.asarray(film.corner) + across[0] * right + down[0] * below
     return scene.replace(
         {
             "film.corner": corner.tolist(),
-            "film.right": ((right - left) * across).tolist(),
-            "film.down": ((bottom - top) * down).tolist(),
+            "film.right": ((across[1] - across[0]) * right).tolist(),
+            "film.down": ((down[1] - down[0]) * below).tolist(),
             "film.scale": 1.0,
-            "film.size": [wide, max(pixels // wide, 1)],
+            "film.size": [shape[1], shape[0]],
         }
     )
