@@ -138,11 +138,10 @@ def _drawn(raymap: RayMap, most: int) -> tuple[NDArray[np.intp], Strata | None]:
 
 def achieved_by(judgement: Judgement, wanted: Accuracy, combination: Combination) -> Achieved:
     """Return what a judgement comes to, in the unit of a wish."""
-    distances = judgement.pixels if wanted.unit == "px" else judgement.units
     return Achieved(
         wanted=wanted,
         combination=combination,
-        error=distances.high.value,
+        error=judgement.distances(wanted.unit).high.value,
         differ=judgement.differ.value,
         rays=judgement.compared,
         unknown=judgement.unknown,
@@ -161,7 +160,7 @@ def with_certified_error(achieved: Achieved, judgement: Judgement) -> Achieved:
 
 def _upper(judgement: Judgement, wanted: Accuracy) -> float:
     """Return the largest that a sample's 99 % error may be, or the largest of all where too few tell."""
-    distances = judgement.pixels if wanted.unit == "px" else judgement.units
+    distances = judgement.distances(wanted.unit)
     return distances.largest if distances.high.high is None else distances.high.high
 
 

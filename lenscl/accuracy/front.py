@@ -103,8 +103,7 @@ class Tried:
 
     def meets(self, accuracy: Accuracy) -> bool:
         """Whether it is as accurate as asked for."""
-        distances = self.judgement.pixels if accuracy.unit == "px" else self.judgement.units
-        return self.is_eligible and distances.high.value <= accuracy.value
+        return self.is_eligible and self.judgement.distances(accuracy.unit).high.value <= accuracy.value
 
 
 Place = Literal["front", "noise", "behind", "not eligible"]

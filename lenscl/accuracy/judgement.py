@@ -61,6 +61,10 @@ class Judgement:
     differ: Estimate
     colours: Estimate
 
+    def distances(self, unit: str) -> Distances:
+        """Return the errors in the unit of an `Accuracy`."""
+        return self.pixels if unit == "px" else self.units
+
 
 def judge(raymap: RayMap, truth: Truth, drawn: Strata | None = None, size: tuple[int, int] | None = None) -> Judgement:
     """Compare a map of the same scene.

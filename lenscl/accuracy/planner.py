@@ -64,12 +64,12 @@ class Planner:
             else:
                 if achieved.is_met:
                     return raymap, achieved
-        tried: frozenset[Combination] = frozenset()
-        while True:
-            raymap, achieved = self._traced(scene, self.plan(scene, size, tried), size)
+        failed: frozenset[Combination] = frozenset()
+        while True:  # each turn leaves out one combination more, until none is left to plan with
+            raymap, achieved = self._traced(scene, self.plan(scene, size, failed), size)
             if achieved.is_met:
                 return raymap, achieved
-            tried |= {achieved.combination}  # what was enough on the plan's film is not on this one
+            failed |= {achieved.combination}  # what was enough on the plan's film is not on this one
 
     def plan(
         self, scene: Scene, size: tuple[int, int] | None = None, without: frozenset[Combination] = frozenset()

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import json
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -77,20 +79,13 @@ def read_picture(path: str | PathLike[str]) -> Picture:
         If the file cannot be read whole, or holds no grey or RGB picture; the message leads with the path.
     """
     file = Path(path)
-    _check_is_file(file)
-    library = oiio()
-    hints = library.ImageSpec()
+    hints = oiio().ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)  # leave colour as it is stored
-    source = library.ImageInput.open(str(file), hints)
-    if source is None:
-        raise ImageError(f"{file}: is not a picture that can be read ({_first_line(library.geterror())}); {_CONVERT}")
-    try:
+    with _opened(file, hints) as source:
         spec = source.spec()
         _check_kind(file, spec)
         pixels = source.read_image(0, 0, 0, spec.nchannels, spec.format)
         trouble = source.geterror()
-    finally:
-        source.close()
     if pixels is None or trouble:
         reason = _first_line(trouble) or "its pixels cannot be decoded"
         raise ImageError(f"{file}: is damaged or cut short ({reason}); copy or export it again")
@@ -113,17 +108,10 @@ def read_size(path: str | PathLike[str]) -> tuple[int, int]:
     ImageError
         If the file is no image.
     """
-    file = Path(path)
-    _check_is_file(file)
-    source = oiio().ImageInput.open(str(file))
-    if source is None:
-        raise ImageError(f"{file}: is not a picture that can be read ({_first_line(oiio().geterror())}); {_CONVERT}")
-    try:
+    with _opened(Path(path)) as source:
         spec, is_exr = source.spec(), source.format_name() == "openexr"
         size = (spec.full_width, spec.full_height) if is_exr else (spec.width, spec.height)
         return size[::-1] if spec.getattribute("Orientation") in _TURNED else size
-    finally:
-        source.close()
 
 
 def read_metadata(path: str | PathLike[str]) -> dict[str, Any]:
@@ -134,18 +122,26 @@ def read_metadata(path: str | PathLike[str]) -> dict[str, Any]:
     ImageError
         If the file is no image.
     """
-    file = Path(path)
-    _check_is_file(file)
-    source = oiio().ImageInput.open(str(file))
-    if source is None:
-        raise ImageError(f"{file}: is not a picture that can be read ({_first_line(oiio().geterror())})")
+    with _opened(Path(path)) as source:
+        text = source.spec().getattribute("ImageDescription") or "{}"
     try:
-        stored = json.loads(source.spec().getattribute("ImageDescription") or "{}")
+        stored = json.loads(text)
     except ValueError:  # somebody's words, not our parameters
         return {}
+    return stored if isinstance(stored, dict) else {}
+
+
+@contextmanager
+def _opened(file: Path, *hints: Any) -> Iterator[Any]:
+    """Open an image and close it again."""
+    _check_is_file(file)
+    source = oiio().ImageInput.open(str(file), *hints)
+    if source is None:
+        raise ImageError(f"{file}: is not a picture that can be read ({_first_line(oiio().geterror())}); {_CONVERT}")
+    try:
+        yield source
     finally:
         source.close()
-    return stored if isinstance(stored, dict) else {}
 
 
 def _check_is_file(file: Path) -> None:
