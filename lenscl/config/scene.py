@@ -180,6 +180,13 @@ class Scene:
         """Refractive index between the lenses, at the d line."""
         return self.medium.n
 
+    def lens_key(self, number: int) -> str:
+        """Return what a study's keys call a lens: "lens.NAME", "lens" where it is the only one, else "lens 2"."""
+        name = self.lenses[number].name
+        if name is not None:
+            return f"lens.{name}"
+        return "lens" if len(self.lenses) == 1 else f"lens {number + 1}"
+
     def replace(self, changes: Mapping[str, Any]) -> Scene:
         """Return the scene with some keys changed, checked as a study file is.
 

@@ -74,10 +74,10 @@ def _spots_of(point: Point) -> tuple[HardSpot, ...]:
 
 def hard_spots(scene: Scene) -> Iterator[HardSpot]:
     """Yield the hard spots of one scene."""
-    placed = [(_lens_key(scene, number), Placement.of(lens)) for number, lens in enumerate(scene.lenses)]
+    placed = [(scene.lens_key(number), Placement.of(lens)) for number, lens in enumerate(scene.lenses)]
     for number, lens in enumerate(scene.lenses):
         for kind, message in solid_spots(lens):
-            yield HardSpot(_lens_key(scene, number), kind, message)
+            yield HardSpot(scene.lens_key(number), kind, message)
     yield from _source_in_a_lens(scene)
     yield from _boxes_overlap(placed)
     yield from _boxes_cut_screens(scene, placed)
@@ -91,12 +91,12 @@ def _source_in_a_lens(scene: Scene) -> Iterator[HardSpot]:
         return
     inside, on = locate(scene, np.array([scene.source.at], dtype=np.float64))
     if inside[0] >= 0:
-        lens = _lens_key(scene, int(inside[0]))
+        lens = scene.lens_key(int(inside[0]))
         yield HardSpot(
             "source", "source-inside", f"lies inside {lens}; its rays start in glass, their first event is an exit"
         )
     if on[0] >= 0:
-        lens = _lens_key(scene, int(on[0]))
+        lens = scene.lens_key(int(on[0]))
         yield HardSpot("source", "source-on", f"lies on the surface of {lens}; each ray's direction decides its side")
 
 
@@ -175,7 +175,7 @@ def _steps_too_long(scene: Scene) -> Iterator[HardSpot]:
         thinnest = float(((high - low) * np.abs(lens.stretch)).min())
         step = scene.numerics.step
         yield HardSpot(
-            _lens_key(scene, number),
+            scene.lens_key(number),
             "march-step",
             f"method {method.name} passes over chords shorter than its step of {step:g}; the thinnest extent of this "
             f"lens's box is {thinnest:.3g}, {thinnest / step:.3g} steps; a smaller numerics.step loses less",
@@ -235,10 +235,3 @@ def _overlap(some: Points, others: Points, axes: Points) -> bool:
 
 def _share(mask: NDArray[np.bool_]) -> str:
     return "all" if mask.all() else f"{max(0.1, 100.0 * mask.mean()):.1f} %"
-
-
-def _lens_key(scene: Scene, number: int) -> str:
-    lens = scene.lenses[number]
-    if lens.name is not None:
-        return f"lens.{lens.name}"
-    return "lens" if len(scene.lenses) == 1 else f"lens {number + 1}"

@@ -29,7 +29,7 @@ from lenscl.accuracy.selfcheck.hits import SAFETY, Hits, Tolerance, hits_of
 from lenscl.accuracy.selfcheck.legs import landings, obstacles
 from lenscl.accuracy.selfcheck.returns import Leg, Return, sent_back
 from lenscl.status import RayStatus
-from lenscl.tracing import TOLERANCE, Ends, Follower, RayMap, film_rays, methods_of
+from lenscl.tracing import Ends, Follower, RayMap, film_rays, methods_of
 
 Array = NDArray[np.float64]
 Pixels = NDArray[np.intp]
@@ -37,9 +37,6 @@ Pixels = NDArray[np.intp]
 _CELLS = 8  # along each side of the part of the film that shows a lens
 _LONGEST = 8  # rays with the most events
 _MOST_EVENTS = 16  # surfaces of a ray that are looked at
-# kernels/newton.cl goes no further where 64 move^3 <= eps last^2, in lengths of a bracket that is no longer than the
-# lens, for the next move should then be of rounding's size; it may be as long as move^2, (eps / 64)^(2/3)
-_SETTLES = 64.0
 _BESIDE = (4.0, 16.0)  # roundings
 _CORNERS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])  # a tetrahedron's
 _LANDS = tuple(int(status) for status in RayStatus if status.lands)
@@ -164,7 +161,7 @@ class _Check:
         event, ray = np.nonzero(np.arange(1, most + 1)[:, None] <= ends.events)  # event counts from 0 here
         self.surfaces = len(ray)
         before, after, at = directions[event, ray], directions[event + 1, ray], points[event + 1, ray]
-        hits = hits_of(self.scene, at, self.eps, self._tolerance())
+        hits = hits_of(self.scene, at, self.eps, Tolerance.of(self.scene, self.eps))
 
         self._check_lengths(directions, ends, hits, event, ray)
         finite = np.isfinite(np.stack([before, at, after])).all(axis=(0, 2))
@@ -256,13 +253,6 @@ class _Check:
         self.unchecked["borderline"] += int((back.kind == Return.UNDECIDED).sum())
         self.unchecked["lost"] += int((back.kind == Return.LOST).sum())
         self._note("return", ray[told], event[told] + 1, back.residual[told], back.bound[told])
-
-    def _tolerance(self) -> Tolerance:
-        numerics, length = self.scene.numerics, 0.0
-        if any("tolerance" in method.reads for method in self.methods):
-            length = TOLERANCE[numerics.precision] if numerics.tolerance is None else numerics.tolerance
-        polished = numerics.precision == "mixed" or any(method.ending == "polished" for method in self.methods)
-        return Tolerance(length=length, share=(self.eps / _SETTLES) ** (2 / 3) if polished else 0.0)
 
     def _note(self, law: str, rays: Pixels, events: Any, residual: Array, bound: Array) -> None:
         """Keep the worst of residuals and the first failure of each ray."""

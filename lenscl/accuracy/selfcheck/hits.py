@@ -17,6 +17,7 @@ from lenscl.codegen import faces_of
 from lenscl.config import Lens, Scene
 from lenscl.expr import Expr, evaluate, evaluate_with_error, gradient
 from lenscl.reference import Placement
+from lenscl.tracing import TOLERANCE, methods_of
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -25,6 +26,9 @@ SAFETY = 3.0  # for constants that are not counted one by one: OpenCL's 2.5 ulp 
 _NEAR = 4.0  # bounds: a face whose value is within so many is one the point may lie on
 _MOST_TURN = 0.05  # radians: a normal known no better than that says nothing of how a ray bends
 _MOST_MOVED = 0.01  # of the lens's extent on any axis: a point known no better than that says nothing of F
+# kernels/newton.cl goes no further where 64 move^3 <= eps last^2, in lengths of a bracket that is no longer than the
+# lens, for the next move should then be of rounding's size; it may be as long as move^2, (eps / 64)^(2/3)
+_SETTLES = 64.0
 _DOUBLE = float(np.finfo(np.float64).eps)
 _MOVES = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
 
@@ -36,6 +40,15 @@ class Tolerance:
     length: float = 0.0
     share: float = 0.0
 
+    @classmethod
+    def of(cls, scene: Scene, eps: float) -> Tolerance:
+        """Return what the searches of a scene leave, `eps` being that of the precision that rays are carried in."""
+        numerics, methods, length = scene.numerics, methods_of(scene), 0.0
+        if any("tolerance" in method.reads for method in methods):
+            length = TOLERANCE[numerics.precision] if numerics.tolerance is None else numerics.tolerance
+        polished = numerics.precision == "mixed" or any(method.ending == "polished" for method in methods)
+        return cls(length=length, share=(eps / _SETTLES) ** (2 / 3) if polished else 0.0)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Hits:
@@ -43,16 +56,18 @@ class Hits:
 
     Attributes
     ----------
+    lens : int array, shape (N,)
+        The number of the lens met.
     value, bound : float64 array, shape (N,)
         |F|, and how large it may be.
     index : float64 array, shape (N,)
-        Refractive index of the lens met.
+        Refractive index of that lens.
     size : float64 array, shape (N,)
         The way through its box, scene units.
     place : float64 array, shape (N,)
         How exactly the point is known, scene units.
     normal : float64 array, shape (N, M, 3)
-        Unit, outward, of each face that the point may lie on.
+        Unit, outward, of each face that the point may lie on; faces in the order of `lenscl.codegen.faces_of`.
     turn : float64 array, shape (N, M)
         How far that normal may be turned, radians; infinite for faces that the point does not lie on, and for
         all where one that it may lie on has no normal that is known well enough.
@@ -60,6 +75,7 @@ class Hits:
         How far it turns within the search's tolerance, radians: a point found from elsewhere may lie so far off.
     """
 
+    lens: NDArray[np.intp] = field(repr=False)
     value: Array = field(repr=False)
     bound: Array = field(repr=False)
     index: Array = field(repr=False)
@@ -83,12 +99,12 @@ def hits_of(scene: Scene, points: Array, eps: float, tolerance: Tolerance) -> Hi
     tolerance : Tolerance
         What the search leaves besides rounding.
     """
-    lenses = [_Placed(lens, eps, tolerance) for lens in scene.lenses]
+    lenses = [_Placed(number, lens, eps, tolerance) for number, lens in enumerate(scene.lenses)]
     faces = max(len(lens.leaves) for lens in lenses)
     n = len(points)
     found = Hits(
-        value=np.full(n, np.inf), bound=np.zeros(n), index=np.ones(n), size=np.zeros(n), place=np.zeros(n),
-        normal=np.zeros((n, faces, 3)), turn=np.full((n, faces), np.inf), swing=np.zeros((n, faces)),
+        lens=np.zeros(n, np.intp), value=np.full(n, np.inf), bound=np.zeros(n), index=np.ones(n), size=np.zeros(n),
+        place=np.zeros(n), normal=np.zeros((n, faces, 3)), turn=np.full((n, faces), np.inf), swing=np.zeros((n, faces)),
     )  # fmt: skip
     nearest = np.full(n, np.inf)
     for lens in lenses:
@@ -102,7 +118,7 @@ def hits_of(scene: Scene, points: Array, eps: float, tolerance: Tolerance) -> Hi
         nearer = ratio < nearest[at]
         chosen = at[nearer]
         nearest[chosen] = ratio[nearer]
-        for name in ("value", "bound", "index", "size", "place"):
+        for name in ("lens", "value", "bound", "index", "size", "place"):
             getattr(found, name)[chosen] = getattr(here, name)[nearer]
         count = here.turn.shape[1]
         found.normal[chosen, :count], found.turn[chosen, :count] = here.normal[nearer], here.turn[nearer]
@@ -113,8 +129,8 @@ def hits_of(scene: Scene, points: Array, eps: float, tolerance: Tolerance) -> Hi
 class _Placed:
     """One lens of a scene, and its faces."""
 
-    def __init__(self, lens: Lens, eps: float, tolerance: Tolerance) -> None:
-        self.lens, self.eps = lens, eps
+    def __init__(self, number: int, lens: Lens, eps: float, tolerance: Tolerance) -> None:
+        self.number, self.lens, self.eps = number, lens, eps
         self.placement = Placement.of(lens)
         self.to_local = np.abs(self.placement.vector_to_local(np.eye(3)).T)
         self.to_world = np.abs((self.placement.point_to_world(np.eye(3)) - self.placement.centre).T)
@@ -153,6 +169,7 @@ class _Placed:
         known = moved + self.tolerance * np.linalg.norm(self.to_local, axis=1)
         lost = (known > _MOST_MOVED * (self.box[1] - self.box[0])).any(axis=1)
         return Hits(
+            lens=np.full(len(points), self.number),
             value=np.abs(whole),
             bound=np.where(lost, np.inf, np.where(counts, bound, 0.0).max(axis=1)),
             index=np.full(len(points), self.lens.n),
