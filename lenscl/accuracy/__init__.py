@@ -6,6 +6,7 @@ Input: scenes, and ray maps. Output, by what one wants to know:
 `measure_front`        every way to trace a scene, its time and its error, and which of them nothing beats
 `error_map`            a bound on the error of every place of a map
 `check_map`            whether a sample of a map's rays obeys the laws of every path; nothing is compared
+`lenscl.accuracy.path`  one ray's path, surface by surface, with what makes it hard
 `lenscl.accuracy.bench` time and error of a row, kept and held against those of another day
 
 Errors are against certified answers, or against double precision with its error bounds.

@@ -7,7 +7,7 @@ on any image; painting with it is `lenscl.imaging`'s work.
 from __future__ import annotations
 
 from lenscl.tracing.film import film_rays
-from lenscl.tracing.follow import Ends, Follower
+from lenscl.tracing.follow import Ends, Follower, PixelFollower
 from lenscl.tracing.job import methods_of
 from lenscl.tracing.judge import Nudge, trace_to_judge
 from lenscl.tracing.launch import checked_rays, kernel_source, trace, trace_rays
@@ -22,6 +22,7 @@ __all__ = [
     "Ends",
     "Follower",
     "Nudge",
+    "PixelFollower",
     "Placement",
     "RayMap",
     "RayPaths",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -62,6 +63,43 @@ class Follower:
     def ends(self, points: Array, vectors: Array, max_events: int) -> Ends:
         """Trace rays from points along vectors of any length, shape (N, 3), through at most so many surfaces."""
         self._job.max_events = max_events
-        ends = given_ends(self._job, points, unit_vectors(vectors))
-        origin, direction, st = (ends[name].astype(np.float64) for name in ("origin", "direction", "st"))
-        return Ends(origin, direction, st, ends["status"], ends["events"])
+        return _ends(given_ends(self._job, points, unit_vectors(vectors)))
+
+
+class PixelFollower:
+    """Traces the ray of one film pixel again and again, each time up to so many events; otherwise as `Follower`.
+
+    The ray is made by the kernel as in a map, rounding for rounding. No events at all give its start and direction.
+
+    Parameters
+    ----------
+    scene : Scene
+        With its method and precision.
+    row, column : int
+        Of the film.
+    device : Device
+        Where to trace.
+    kind : str
+        What `lenscl.device.compile_count` counts its program as.
+    """
+
+    def __init__(self, scene: Scene, row: int, column: int, device: Device, kind: str = "follow") -> None:
+        self._job = Job.prepare(scene, scene.source.kind, "legs", None, None, device, kind=kind)
+        self._tile = row, column, 1, 1
+
+    @property
+    def dtype(self) -> type[np.floating[Any]]:
+        """The precision that the ray is carried in."""
+        return self._job.dtype
+
+    def ends(self, max_events: int) -> Ends:
+        """Trace the ray through at most so many surfaces; arrays of one row."""
+        self._job.max_events = max_events
+        ends = self._job.empty_ends(1)
+        self._job.run(ends, self._tile, 0, ())
+        return _ends(ends)
+
+
+def _ends(ends: Mapping[str, NDArray[Any]]) -> Ends:
+    origin, direction, st = (ends[name].astype(np.float64) for name in ("origin", "direction", "st"))
+    return Ends(origin, direction, st, ends["status"], ends["events"])

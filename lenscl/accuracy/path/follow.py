@@ -1,0 +1,275 @@
+"""Follow a film pixel's ray through the device's own kernels, and say of every event what is known of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any, SupportsFloat
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lenscl import device as devices
+from lenscl.accuracy.bounds import pixel_bounds
+from lenscl.accuracy.path.bend import bend_at
+from lenscl.accuracy.path.bracket import root_bracket
+from lenscl.accuracy.path.growth import Growth, normal_bend
+from lenscl.accuracy.path.proved import proved
+from lenscl.accuracy.path.values import Event, Kind, RayPath, Vec3
+from lenscl.accuracy.rounding import reach
+from lenscl.accuracy.selfcheck.hits import Hits, Tolerance, hits_of
+from lenscl.codegen import faces_of
+from lenscl.config import Scene
+from lenscl.device import Device
+from lenscl.errors import StudyError
+from lenscl.expr import evaluate
+from lenscl.status import RayStatus
+from lenscl.tracing import (
+    Ends,
+    Follower,
+    PixelFollower,
+    Placement,
+    film_rays,
+    locate,
+    methods_of,
+    picture_numbers,
+    trace_rays,
+)
+
+Array = NDArray[np.float64]
+
+_ASIDE = 0.5  # of a leg, or of the lens where that is shorter: a bracket's ends are no farther from the traced point
+
+
+def explain_pixel(
+    scene: Scene, row: int, column: int, *, device: Device | str | None = None, size: tuple[int, int] | None = None
+) -> RayPath:
+    """Return the path of the ray of one film pixel, event by event.
+
+    Parameters
+    ----------
+    scene : Scene
+        Traced by its method and precision; where these leave the ray undecided, in the next finer one, as in a map.
+    row, column : int
+        Of the film, from 0.
+    device : Device or str, optional
+        As for `lenscl.trace`.
+    size : (int, int), optional
+        Columns and rows of the picture whose pixel is named; default: those of `picture.size`.
+
+    Raises
+    ------
+    StudyError
+        If the film has no such pixel, or the scene asks for an accuracy and was not planned.
+    NoDeviceError, BuildError, TraceError
+        As `lenscl.trace`.
+    """
+    film = scene.film
+    if not (0 <= row < film.rows and 0 <= column < film.columns):
+        raise StudyError(
+            [
+                f"pixel ({row}, {column}) is not on the film, which has {film.rows} rows and {film.columns} columns "
+                f"(film.size); rows are 0 to {film.rows - 1}, columns 0 to {film.columns - 1}"
+            ]
+        )
+    chosen = device if isinstance(device, Device) else devices.choose(device)
+    number = row * film.columns + column
+    traced = _traced(scene, row, column, chosen)
+    events, growth = _explained(traced)
+    columns, rows = size or scene.picture.size
+    st = (float(traced.st[0]), float(traced.st[1])) if traced.status.lands else None
+    is_on_picture = st is not None and traced.status is RayStatus.PICTURE
+    return RayPath(
+        row=row,
+        column=column,
+        film=film.size,
+        picture=(columns, rows),
+        searches=tuple(method.name for method in methods_of(traced.scene)),
+        precision=traced.scene.numerics.precision,
+        snell=scene.numerics.snell,
+        asked=scene.numerics.precision,
+        device=chosen.label,
+        start=_vector(traced.points[0]),
+        direction=_vector(traced.directions[0]),
+        inside=None if traced.inside is None else scene.lens_key(traced.inside),
+        reach=_reach(traced),
+        events=events,
+        status=traced.status,
+        total=traced.total,
+        last_resort=traced.last_resort,
+        last=_last_leg(traced) if st is not None else None,
+        st=st,
+        pixel=(int(st[1] * rows), int(st[0] * columns)) if st is not None and is_on_picture else None,
+        error=_error(traced, number, chosen),
+        growth=growth,
+        proof=proved(scene, number, st),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Traced:
+    """A ray as the device traced it: the scene with the precision that it took, and where it was.
+
+    Attributes
+    ----------
+    points, directions : float64 array, shape (N + 1, 3)
+        The start, then every surface point; the direction behind each.
+    origin, direction : float64 array, shape (3,)
+        Of the last leg.
+    inside : int or None
+        The lens that the ray starts in.
+    """
+
+    scene: Scene
+    eps: float
+    points: Array
+    directions: Array
+    origin: Array
+    direction: Array
+    st: Array
+    status: RayStatus
+    total: int
+    inside: int | None
+    last_resort: bool = False
+
+
+def _traced(scene: Scene, row: int, column: int, device: Device) -> _Traced:
+    start, vector = film_rays(scene, np.array([row * scene.film.columns + column]))
+    if not vector.any():  # the pixel lies on the source, and sends no ray
+        return _Traced(
+            scene=scene, eps=0.0, points=start, directions=vector, origin=start[0], direction=vector[0],
+            st=np.full(2, -1.0), status=RayStatus.UNDECIDED, total=0, inside=None,
+        )  # fmt: skip
+    pixel = PixelFollower(scene, row, column, device, "explain")
+    found = _followed(scene, pixel.ends, pixel.dtype)
+    if found.status is RayStatus.UNDECIDED and scene.numerics.precision != "double" and device.has_double:
+        scene = scene.replace({"numerics.precision": "double"})
+        follower = Follower(scene, device, "explain")
+        found = _followed(scene, lambda most: follower.ends(start, vector, most), follower.dtype)
+    if found.status is not RayStatus.UNDECIDED:
+        return found
+    last = trace_rays(scene, start, vector, device=device)  # once more, by what decides the last of a map's rays
+    origin, direction, st = (each[0].astype(np.float64) for each in (last.origin, last.direction, last.st))
+    status = RayStatus(last.status[0])
+    return replace(
+        found, origin=origin, direction=direction, st=st, status=status, total=int(last.events[0]),
+        last_resort=status is not RayStatus.UNDECIDED,
+    )  # fmt: skip
+
+
+def _followed(scene: Scene, ends: Callable[[int], Ends], dtype: type[np.floating[Any]]) -> _Traced:
+    """Follow a ray through the kernels event by event: a limit of k events ends it at its k-th surface point."""
+    end = ends(scene.numerics.max_events)
+    total = int(end.events[0])
+    each = [ends(k) for k in range(total)] + [end]
+    points, directions = (np.concatenate([getattr(one, name) for one in each]) for name in ("origin", "direction"))
+    return _Traced(
+        scene=scene, eps=float(np.finfo(dtype).eps), points=points, directions=directions, origin=points[-1],
+        direction=directions[-1], st=end.st[0], status=RayStatus(end.status[0]), total=total,
+        inside=_starts_inside(scene, points[:1], directions[0]),
+    )  # fmt: skip
+
+
+def _starts_inside(scene: Scene, start: Array, direction: Array) -> int | None:
+    """Return the lens that a ray starts in; from its surface it is in it where it enters."""
+    inside, on = (int(each[0]) for each in locate(scene, start))
+    if inside >= 0 or on < 0:
+        return inside if inside >= 0 else None
+    hits = hits_of(scene, start, float(np.finfo(np.float64).eps), Tolerance())
+    normal = hits.normal[0, int(np.argmin(hits.turn[0]))]
+    return on if normal @ direction < 0.0 else None
+
+
+def _explained(traced: _Traced) -> tuple[tuple[Event, ...], float | None]:
+    """Return the events, and the growth up to (s, t)."""
+    shown = len(traced.points) - 1
+    if not traced.directions[0].any():
+        return (), None
+    growth = Growth(_unit(traced.directions[0]), _reach(traced))
+    events: list[Event] = []
+    if shown:
+        hits = hits_of(traced.scene, traced.points[1:], traced.eps, Tolerance.of(traced.scene, traced.eps))
+        events.extend(_events(traced, hits, growth))
+    is_whole = traced.status.lands and not traced.last_resort and all(event.growth is not None for event in events)
+    return tuple(events), growth.on_picture(traced.scene, traced.origin, _unit(traced.direction)) if is_whole else None
+
+
+def _events(traced: _Traced, hits: Hits, growth: Growth) -> Iterator[Event]:
+    scene = traced.scene
+    leaves = traced.inside is not None
+    grows = True
+    # A search that starts on a surface takes off what F is there
+    allowed = np.cumsum(hits.bound)
+    for i, point in enumerate(traced.points[1:]):
+        lens = scene.lenses[int(hits.lens[i])]
+        before, after = _unit(traced.directions[i]), _unit(traced.directions[i + 1])
+        leg = float(np.linalg.norm(point - traced.points[i]))
+        n_before, n_other = (lens.n, scene.n_medium) if leaves else (scene.n_medium, lens.n)
+        bend = bend_at(hits, i, before, after, n_before, n_other, traced.eps, leaves=leaves)
+        ends_here = traced.status is RayStatus.TOTAL_REFLECTION and i + 2 == len(traced.points)
+        total = ends_here or (bend is not None and bend.turns_back)
+        grown = None
+        if bend is not None and grows:
+            grown = growth.to_surface(leg, before, bend.against)
+            leaf = faces_of(lens.surface)[1][bend.face]
+            turned = normal_bend(lens, leaf, point) * (-1.0 if leaves else 1.0)
+            paraxial = scene.numerics.snell == "paraxial"
+            growth.through(before, bend.against, turned, bend.eta, bend.k, total=total, paraxial=paraxial)
+        grows = grown is not None
+        kind: Kind = "total reflection" if total else "exit" if leaves else "entry"
+        aside = _ASIDE * min(leg, float(hits.size[i]))
+        local = Placement.of(lens).local(point)
+        yield Event(
+            number=i + 1,
+            kind=kind,
+            lens=scene.lens_key(int(hits.lens[i])),
+            point=_vector(point),
+            leg=leg,
+            bracket=root_bracket(lens, point, before, aside, leaves=leaves),
+            residual=_finite(
+                evaluate(lens.surface.expression, {**lens.values, **dict(zip("xyz", local, strict=True))})
+            ),
+            allowed=_finite(allowed[i]),
+            normal=None if bend is None else _vector(bend.normal),
+            turn=None if bend is None else bend.turn,
+            incidence=None if bend is None else bend.incidence,
+            behind=None if bend is None or ends_here else bend.behind,
+            k=None if bend is None else bend.k,
+            k_bound=None if bend is None else bend.k_bound,
+            margin=None if bend is None else bend.margin,
+            growth=grown,
+        )
+        leaves = leaves if total else not leaves
+
+
+def _error(traced: _Traced, number: int, device: Device) -> float | None:
+    """Return a bound on the error of the place: its distance from a double trace, and the bound of that."""
+    if not (traced.status.lands and device.has_double):
+        return None
+    places = pixel_bounds(traced.scene, [number], device=device)
+    if places.bound[0] < 0.0:
+        return None
+    return float(np.abs(traced.st - places.st[0]).max() + places.bound[0])
+
+
+def _reach(traced: _Traced) -> float:
+    return max(reach(traced.scene), float(np.abs(traced.points[0]).max()))
+
+
+def _last_leg(traced: _Traced) -> float:
+    numbers = picture_numbers(traced.scene)
+    return float((numbers["corner"] - traced.origin) @ numbers["normal"] / (traced.direction @ numbers["normal"]))
+
+
+def _finite(value: SupportsFloat) -> float | None:
+    return float(value) if math.isfinite(float(value)) else None
+
+
+def _unit(v: Array) -> Array:
+    unit: Array = v / np.linalg.norm(v)
+    return unit
+
+
+def _vector(v: Array) -> Vec3:
+    return float(v[0]), float(v[1]), float(v[2])

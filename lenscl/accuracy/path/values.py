@@ -1,0 +1,181 @@
+"""One ray's path as plain values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from lenscl.status import RayStatus
+
+Vec3 = tuple[float, float, float]
+Kind = Literal["entry", "exit", "total reflection"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Event:
+    """A ray meeting a surface. Lengths are in scene units; None stands for what is not known.
+
+    Attributes
+    ----------
+    number : int
+        Counted from 1.
+    kind : str
+        "entry", "exit" or "total reflection".
+    lens : str
+        Which, as the study's keys call it: "lens", "lens.NAME", or "lens 2" where it has no name.
+    point : Vec3
+        World.
+    leg : float
+        Length of the way here, from the start or the point before.
+    bracket : (float, float) or None
+        Along the ray, from `point`: F is proved to have opposite signs at these two places, in float64 by interval
+        arithmetic, so that the surface is met between them. None where no such places are found.
+    residual, allowed : float or None
+        F at `point`, in double; and how large it may be, by the rounding of F and of the point in the precision traced.
+    normal : Vec3 or None
+        World, unit, outward; None where the gradient leaves too little to tell it.
+    turn : float or None
+        How far the normal may be turned by rounding, radians.
+    incidence, behind : float or None
+        Degrees between the normal and the ray before and behind the surface.
+    k, k_bound : float or None
+        `c^2 + (1 - eta)(1 + eta) s^2` of the cosine c and the sine s of incidence, eta the ratio of indices: below 0
+        there is no refracted ray. And how far rounding may be off it.
+    margin : float or None
+        Degrees of incidence that are left to the critical angle, negative beyond; None where there is none, the ray
+        going to an index as high or higher.
+    growth : float or None
+        By how much a relative change of the ray's start grows up to `point`: see `RayPath`.
+    """
+
+    number: int
+    kind: Kind
+    lens: str
+    point: Vec3
+    leg: float
+    bracket: tuple[float, float] | None
+    residual: float | None
+    allowed: float | None
+    normal: Vec3 | None
+    turn: float | None
+    incidence: float | None
+    behind: float | None
+    k: float | None
+    k_bound: float | None
+    margin: float | None
+    growth: float | None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as a plain dictionary."""
+        return {name: getattr(self, name) for name in self.__slots__}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proved:
+    """What the certified oracle says of the same ray, by Snell's exact law.
+
+    Attributes
+    ----------
+    status : RayStatus or None
+        None where nobody can tell: `reason` says why.
+    events : int
+    distance : float or None
+        An upper bound on how far the traced place is from the proved one, in picture coordinates, the larger of the
+        two; None where either has no place.
+    bits : int
+        That the proof took.
+    reason : str
+    """
+
+    status: RayStatus | None
+    events: int
+    distance: float | None
+    bits: int
+    reason: str
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as a plain dictionary."""
+        values = {name: getattr(self, name) for name in self.__slots__}
+        return values | {"status": None if self.status is None else self.status.name}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RayPath:
+    """The path of a film pixel's ray. Lengths are in scene units; None stands for what is not known, or is not there.
+
+    Growth is a condition number: a relative change e of the ray's four numbers, its start moved across by e times
+    `reach` and its direction turned by e radians, moves a point by up to growth times e times `reach`, and (s, t) by up
+    to growth times e. It is a derivative: the largest singular value over all such changes.
+
+    Attributes
+    ----------
+    row, column : int
+        The film pixel, from 0.
+    film, picture : (int, int)
+        Their sizes, columns and rows.
+    searches : tuple of str
+        The method that searches each lens.
+    precision, snell : str
+        Of the trace shown.
+    asked : str
+        The precision that the scene asks for. Where it leaves the ray undecided, a finer one is shown, as in a map.
+    device : str
+    start, direction : Vec3
+        World; the direction unit.
+    inside : str or None
+        The lens that the start lies in.
+    reach : float
+        The largest coordinate of the lenses and the start.
+    events : tuple of Event
+    status : RayStatus
+    total : int
+        Events in all; more than are shown where the last resort decided the ray.
+    last_resort : bool
+        Whether only what searches in twice the precision of double decided it: of that, no events are shown.
+    last : float or None
+        Length of the last leg, up to the picture's plane.
+    st : (float, float) or None
+        Where it lands, in picture coordinates.
+    pixel : (int, int) or None
+        Row and column of the picture.
+    error : float or None
+        A bound on max(|ds|, |dt|), validated, not proved: see `lenscl.accuracy.bounds`. None where rounding may decide
+        the path, or there is no place.
+    growth : float or None
+        Up to (s, t).
+    proof : Proved or None
+        None where python-flint is missing.
+    """
+
+    row: int
+    column: int
+    film: tuple[int, int]
+    picture: tuple[int, int]
+    searches: tuple[str, ...]
+    precision: str
+    snell: str
+    asked: str
+    device: str
+    start: Vec3
+    direction: Vec3
+    inside: str | None
+    reach: float
+    events: tuple[Event, ...]
+    status: RayStatus
+    total: int
+    last_resort: bool
+    last: float | None
+    st: tuple[float, float] | None
+    pixel: tuple[int, int] | None
+    error: float | None
+    growth: float | None
+    proof: Proved | None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as a plain dictionary."""
+        values = {name: getattr(self, name) for name in self.__slots__}
+        return values | {
+            "status": self.status.name,
+            "events": [event.as_json() for event in self.events],
+            "proof": None if self.proof is None else self.proof.as_json(),
+        }
