@@ -15,6 +15,7 @@ from contextlib import suppress
 import click
 
 from lenscl.cli.bench import bench
+from lenscl.cli.explain import explain
 from lenscl.cli.group import Group
 from lenscl.cli.look import check, kernel, schema
 from lenscl.cli.machine import devices, doctor, lenses
@@ -63,5 +64,20 @@ def main() -> None:
     """
 
 
-for _command in (new, check, render, sweep, export, map_, kernel, pareto, bench, lenses, devices, doctor, schema):
+for _command in (
+    new,
+    check,
+    render,
+    sweep,
+    export,
+    map_,
+    explain,
+    kernel,
+    pareto,
+    bench,
+    lenses,
+    devices,
+    doctor,
+    schema,
+):
     main.add_command(_command)
