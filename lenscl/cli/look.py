@@ -26,9 +26,10 @@ _MOST_NUMBERS = 8  # of points that share a hard spot
 def check(study_path: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     """Validate a study; list its points, its pictures and what is hard about its scenes.
 
-    Hard spots are found from boxes, planes and the source alone; nothing is traced. They are reasons to look twice,
-    not faults. A picture that cannot be read, or not be written in the study's format, and a pattern that no file
-    matches are faults: exit code 3.
+    Hard spots are found from boxes, planes, the source and F on small boxes; nothing is traced. Among them are points
+    and creases without a normal where the film looks at them, parts thinner than a film pixel, and expressions without
+    an inside or a slope. They are reasons to look twice, not faults. A picture that cannot be read, or not be written
+    in the study's format, and a pattern that no file matches are faults: exit code 3.
 
     \b
     Example:

@@ -1,7 +1,7 @@
 """What is hard about a scene and can be told before tracing it.
 
-Only boxes, planes and points are looked at: a spot is a reason to look twice, not a fault. Lenses are judged by
-their bounding boxes, so two of them may be said to overlap whose solids keep apart.
+Boxes, planes and points are looked at, and F on boxes: a spot is a reason to look twice, not a fault. Lenses are judged
+by their bounding boxes, so two of them may be said to overlap whose solids keep apart.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from lenscl.config import Point, Scene, Study
 from lenscl.errors import StudyError
+from lenscl.sweep.shapes import shape_spots
 from lenscl.sweep.solids import solid_spots
 from lenscl.tracing import Placement, locate, methods_of
 
@@ -37,7 +38,7 @@ class HardSpot:
         return f"{self.key}: {self.message}"
 
 
-def study_hard_spots(study: Study, *, most_points: int = 1000) -> tuple[tuple[HardSpot, ...], int]:
+def study_hard_spots(study: Study, *, most_points: int = 250) -> tuple[tuple[HardSpot, ...], int]:
     """Return the hard spots over a study's points, and how many points were looked at.
 
     Parameters
@@ -76,7 +77,7 @@ def hard_spots(scene: Scene) -> Iterator[HardSpot]:
     """Yield the hard spots of one scene."""
     placed = [(scene.lens_key(number), Placement.of(lens)) for number, lens in enumerate(scene.lenses)]
     for number, lens in enumerate(scene.lenses):
-        for kind, message in solid_spots(lens):
+        for kind, message in (*solid_spots(lens), *shape_spots(scene, number)):
             yield HardSpot(scene.lens_key(number), kind, message)
     yield from _source_in_a_lens(scene)
     yield from _boxes_overlap(placed)

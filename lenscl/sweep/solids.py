@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lenscl.config import Lens
-from lenscl.expr import Expr, evaluate
+from lenscl.expr import Expr, evaluate, gradient
 from lenscl.lenses import Box
 
+Array = NDArray[np.float64]
+
 _PLACES = 33  # along each side of the bounds; odd, so that the centre is one of them
+_SURFACE_POINTS = 64
+_HALVINGS = 60
+_FLAT = 1e-6  # of F's rise over a place's width: the gradient of a third power is some 1e-20 of it there
 
 
 def solid_spots(lens: Lens) -> Iterator[tuple[str, str]]:
@@ -19,7 +26,8 @@ def solid_spots(lens: Lens) -> Iterator[tuple[str, str]]:
     surface = lens.surface
     if surface.promised is None:
         return
-    lowest, lacking = _look(surface.expression, tuple(sorted(lens.values.items())), surface.promised)
+    values = tuple(sorted(lens.values.items()))
+    lowest, lacking = _look(surface.expression, values, surface.promised)
     if not lowest < 0.0:
         yield (
             "no-inside",
@@ -29,13 +37,46 @@ def solid_spots(lens: Lens) -> Iterator[tuple[str, str]]:
     if lacking > 0.0:
         share = max(0.1, 100.0 * lacking)
         yield "no-value", f"F has no value in part of its bounds ({share:.1f} % of them); rays there end undecided"
+    if lowest < 0.0 and _is_flat(surface.expression, values, surface.promised):
+        yield (
+            "no-slope",
+            "the gradient of F is zero on its whole surface, as that of a third power is: there is no normal, and rays "
+            "that meet it end undecided; take the root, an expression of the same sign that has a slope",
+        )
 
 
 @lru_cache(maxsize=1024)  # a sweep of anything else asks for the same solid at every point
 def _look(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box) -> tuple[float, float]:
     """Return the least value of F in the bounds, Inf if it has none, and the share of places where it has none."""
-    sides = (np.linspace(low, high, _PLACES) for low, high in zip(*bounds, strict=True))
-    x, y, z = np.meshgrid(*sides, indexing="ij", sparse=True)
-    found = evaluate(expression, {**dict(values), "x": x, "y": y, "z": z})
+    found = evaluate(expression, {**dict(values), **_grid(bounds)})
     lacks = np.isnan(found)
     return float(np.where(lacks, np.inf, found).min()), float(lacks.mean())
+
+
+def _grid(bounds: Box) -> dict[str, Array]:
+    sides = (np.linspace(low, high, _PLACES) for low, high in zip(*bounds, strict=True))
+    return dict(zip("xyz", np.meshgrid(*sides, indexing="ij", sparse=True), strict=True))
+
+
+@lru_cache(maxsize=1024)
+def _is_flat(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box) -> bool:
+    """Whether the gradient is next to nothing at every one of some points of the surface, found by halving.
+
+    It is held against how F rises to there from a place inside.
+    """
+    given: dict[str, Any] = dict(values)
+    grid = _grid(bounds)
+    f = evaluate(expression, {**given, **grid})
+    inside = np.argwhere((f[:-1] < 0.0) & (f[1:] > 0.0))
+    inside = inside[:: max(1, len(inside) // _SURFACE_POINTS)]
+    i, j, k = inside.T
+    x, y, z = (np.ravel(grid[name]) for name in "xyz")
+    at: dict[str, Any] = {**given, "y": y[j], "z": z[k]}
+    low, high = x[i], x[i + 1]
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        is_inside = evaluate(expression, {**at, "x": middle}) < 0.0
+        low, high = np.where(is_inside, middle, low), np.where(is_inside, high, middle)
+    rise = -f[i, j, k] / np.maximum(low - x[i], np.finfo(np.float64).tiny)
+    lengths = [np.abs(evaluate(slope, {**at, "x": low})) for slope in gradient(expression)]
+    return bool(len(inside)) and bool((np.maximum.reduce(lengths) <= _FLAT * rise).all())

@@ -1,0 +1,61 @@
+"""What the shape of a lens makes hard, where the film looks at it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from lenscl.config import Scene
+from lenscl.sweep.boxes import Points
+from lenscl.sweep.creases import crease_points
+from lenscl.sweep.singular import singular_points
+from lenscl.sweep.thin import thinnest
+from lenscl.sweep.view import is_in_view, on_film
+from lenscl.tracing import Placement
+
+
+def shape_spots(scene: Scene, number: int) -> Iterator[tuple[str, str]]:
+    """Yield (kind, message) for what is hard about one lens's shape; places are the world's, pixels the film's."""
+    lens = scene.lenses[number]
+    if lens.surface.promised is None and lens.surface.name == "torus" and lens.values["r"] > lens.values["R"]:
+        yield (
+            "spindle",
+            f"r = {lens.values['r']:g} is more than R = {lens.values['R']:g}: the ring has no hole, and is a spindle "
+            "with two sunken tips on its axis",
+        )
+    if (width := thinnest(scene, lens)) is not None and width < 1.0:
+        yield (
+            "thin",
+            f"at its thinnest it is {width:.2g} film pixels wide: rays pass beside it, between pixel centres; "
+            "raise film.size, or let the film be smaller",
+        )
+    if (where := _seen(scene, number, singular_points(lens))) is not None:
+        yield (
+            "singular",
+            f"its surface has no normal, or turns within a few ten thousandths of its size, {where}; "
+            "rays that meet it there within rounding end undecided, those beside it land far apart",
+        )
+    if (where := _seen(scene, number, crease_points(lens))) is not None:
+        yield (
+            "crease",
+            f"a face bends sharply, by abs, min or max inside a function or a product, {where}; rays that meet the "
+            "crease within rounding end undecided. As max or min of smooth faces it would be an edge, and known as one",
+        )
+
+
+def _seen(scene: Scene, number: int, points: Points) -> str | None:
+    """Say where points of a lens are, and which film pixels look at them; None where none of them is in view."""
+    if not points:
+        return None
+    placement = Placement.of(scene.lenses[number])
+    world = placement.centre + np.array(points) @ placement.to_world.T
+    places = on_film(scene, world)
+    (seen,) = np.nonzero(is_in_view(scene, places))
+    if not seen.size:
+        return None
+    size = float(np.abs(world).max())
+    x, y, z = (float(part) for part in np.round(world[seen[0]], max(0, 6 - int(np.ceil(np.log10(max(size, 1e-300)))))))
+    column, row = (int(part) for part in places[seen[0]])
+    more = "" if seen.size == 1 else f", and at {seen.size - 1} more in view"
+    return f"at ({x + 0.0:g}, {y + 0.0:g}, {z + 0.0:g}), where film pixel ({row}, {column}) looks{more}"

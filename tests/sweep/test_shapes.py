@@ -1,0 +1,221 @@
+"""Hard spots of a lens's shape are found where they are, and near misses are not taken for them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scenes import CATALOGUE, CONFIGS, make_scene
+
+from lenscl import RayStatus, trace
+from lenscl.config import Scene, load_study
+from lenscl.sweep import hard_spots, study_hard_spots
+from lenscl.sweep.creases import crease_points
+from lenscl.sweep.singular import singular_points
+from lenscl.sweep.view import on_film
+from lenscl.tracing import Placement, film_rays
+
+BOUNDS = [[-2.0, -2.0, -2.0], [2.0, 2.0, 2.0]]
+TEARDROP = "max(x^2 + y^2 - z^2*(1 - z){}, x^2 + y^2 + z^2 - 2)"
+
+
+def expression(text: str) -> dict[str, Any]:
+    return {"surface": text, "bounds": BOUNDS}
+
+
+def kinds(scene: Scene) -> set[str]:
+    return {spot.kind for spot in hard_spots(scene)}
+
+
+FOUND = [
+    ("singular", {"surface": "heart"}, {"surface": "sphere"}),
+    ("singular", {"surface": "bifolia"}, expression("(x^2+y^2+z^2)^2 - 3*y*(x^2+z^2) + 1e-5")),
+    ("singular", {"surface": "torus", "R": 0.3, "r": 0.3}, {"surface": "torus", "R": 0.3, "r": 0.299}),
+    ("singular", {"surface": "torus", "R": 0.3, "r": 0.4}, {"surface": "torus", "R": 0.4, "r": 0.3}),
+    ("spindle", {"surface": "torus", "R": 0.3, "r": 0.301}, {"surface": "torus", "R": 0.3, "r": 0.3}),
+    ("singular", {"surface": "cone"}, {"surface": "plano_convex"}),
+    ("singular", {"surface": "barth_sextic", "stretch": [0.3] * 3}, {"surface": "biconvex"}),
+    ("singular", {"surface": "cone", "height": 0.05}, {"surface": "rod", "length": 0.05}),
+    ("singular", expression(TEARDROP.format("")), expression(TEARDROP.format("+ 1e-5"))),
+    ("singular", expression("sqrt(x^2 + y^2) + abs(z) - 0.5"), expression("sqrt(x^2 + y^2 + 1e-4) + z^2 - 0.5")),
+    ("no-slope", expression("(x^2 + y^2 + z^2 - 1)^3"), expression("x^2 + y^2 + z^2 - 1")),
+    ("no-slope", expression("(x^2 + 2*y^2 + z^2 - 1)^5"), expression("1e-9*(x^2 + 2*y^2 + z^2 - 1)")),
+    ("no-slope", expression("(x^2 + y^2 + z^2 - 1)^3"), expression("exp(exp(exp(x^2 + y^2 + z^2))) - 1e300")),
+    ("no-inside", expression("(x^2 + y^2 + z^2 - 1)^2"), expression("(x^2 + y^2 + z^2 - 1)^2 - 0.01")),
+    ("crease", expression("sqrt(abs(x) + 0.1) + y^2 + z^2 - 1"), expression("sqrt(x^2 + 0.1) + y^2 + z^2 - 1")),
+    ("crease", expression("x^2 + y^2 + z^2 - 1 + sin(abs(x))/4"), expression("x^2 + y^2 + z^2 - 1 + sin(abs(x)^3)/4")),
+    ("crease", expression("exp(max(x, y)) + z^2 + x^2 + y^2 - 2"), expression("max(x, y) + z^2 + x^2 + y^2 - 1")),
+    ("crease", {"surface": "superellipsoid", "e1": 2.0}, {"surface": "superellipsoid", "e1": 0.5}),
+    ("crease", expression("x^2+y^2+z^2-1 + sin(abs(x))/4"), expression("x^2+y^2+z^2-1 + sin(abs(x - 1.5))/4")),
+    ("crease", expression("(x^2+y^2+z^2-1)*(1 + abs(x)) + y/9"), expression("(x^2+y^2+z^2-1)*(1 + abs(x))")),
+]
+
+
+@pytest.mark.parametrize(("kind", "lens", "near_miss"), FOUND)
+def test_a_hard_shape_is_named_and_a_near_miss_is_not(kind: str, lens: dict[str, Any], near_miss: Any) -> None:
+    assert kind in kinds(make_scene(lens))
+    assert kind not in kinds(make_scene(near_miss))
+
+
+def test_the_catalogue_has_these_singular_shapes_and_no_others() -> None:
+    found = {name: kinds(make_scene({"surface": name, "stretch": [0.4] * 3})) for name in CATALOGUE}
+    assert {name for name, spots in found.items() if spots} == {"heart", "bifolia", "barth_sextic", "cone"}
+    assert set().union(*found.values()) == {"singular"}
+
+
+def spindle(R: float, r: float) -> list[tuple[float, float, float]]:
+    height = math.sqrt(r * r - R * R)
+    return [(0.0, 0.0, height), (0.0, 0.0, -height)]
+
+
+def nodes() -> list[tuple[float, ...]]:
+    """The 50 nodes of Barth's sextic that are not at infinity: corners of a dodecahedron and an icosidodecahedron."""
+    t = (1 + math.sqrt(5)) / 2
+    signs = list(itertools.product((1, -1), repeat=3))
+    corners: list[Any] = list(signs)
+    corners += [tuple(np.roll((0, a / t, b * t), k)) for a, b, _ in signs for k in range(3)]
+    middles = [tuple(np.roll((a, 0, 0), k)) for a in (1, -1) for k in range(3)]
+    middles += [tuple(np.roll((a / 2 * t, b / 2 / t, c / 2), k)) for a, b, c in signs for k in range(3)]
+    return [tuple(map(float, each)) for each in {*corners, *middles}]
+
+
+@pytest.mark.parametrize(
+    ("lens", "expected"),
+    [
+        ({"surface": "heart"}, [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]),
+        ({"surface": "bifolia"}, [(0.0, 0.0, 0.0)]),
+        ({"surface": "cone", "height": 0.6}, [(0.0, 0.0, 0.3)]),
+        ({"surface": "torus", "R": 0.5, "r": 0.5}, [(0.0, 0.0, 0.0)]),
+        *(({"surface": "torus", "R": R, "r": r}, spindle(R, r)) for R, r in ((0.5, 0.7), (0.3, 0.9), (1e-6, 2e-6))),
+        *(({"surface": "torus", "R": R, "r": r}, spindle(R, r)) for R, r in ((3e5, 4e5), (0.5, 0.51))),
+    ],
+)
+def test_singular_points_are_where_closed_forms_have_them(lens: dict[str, Any], expected: list[Any]) -> None:
+    (made,) = make_scene(lens).lenses
+    size = float(np.abs(np.array(made.surface.box(made.values))).max())
+    found = singular_points(made)
+    assert len(found) == len(expected)
+    for point in expected:
+        assert min(math.dist(point, other) for other in found) < 1e-4 * size
+
+
+def test_the_barth_sextic_has_its_nodes() -> None:
+    (lens,) = make_scene({"surface": "barth_sextic"}).lenses
+    found = np.array(singular_points(lens))
+    assert len(found) == 50
+    assert len(nodes()) == 50
+    for node in nodes():
+        assert np.abs(found - node).max(axis=1).min() < 1e-4, node
+
+
+def test_crease_points_lie_on_the_crease_and_on_the_surface() -> None:
+    (lens,) = make_scene(expression("x^2 + y^2 + z^2 - 1 + sin(abs(x - 0.3*y))/4")).lenses
+    points = np.array(crease_points(lens))
+    assert len(points) > 20
+    x, y, z = points.T
+    np.testing.assert_allclose(x, 0.3 * y, atol=1e-8)
+    np.testing.assert_allclose(x * x + y * y + z * z, 1.0, atol=1e-7)
+
+
+@pytest.mark.parametrize("source", [None, {"kind": "parallel", "direction": [0.1, -0.2, -1.0]}])
+def test_a_point_on_a_pixels_ray_stands_on_that_pixel(source: dict[str, Any] | None) -> None:
+    film = {"right": [1.3, 0.2, 0.1], "down": [0.1, -1.1, 0.3], "size": [7, 5]}
+    scene = make_scene({"surface": "sphere"}, source=source, film=film)
+    pixels = np.arange(35)
+    origins, directions = film_rays(scene, pixels)
+    ahead = 3.0 if source is None else 5.0
+    places = on_film(scene, origins + ahead * directions)
+    np.testing.assert_allclose(places, np.stack([pixels % 7 + 0.5, pixels // 7 + 0.5], axis=1), atol=1e-9)
+    if source is None:
+        assert np.isnan(on_film(scene, origins - ahead * directions)).all()  # behind the source
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_the_point_and_the_pixel_that_looks_at_it_are_told_whatever_the_placement(scale: float) -> None:
+    at = np.array([0.1, 0.05, 0.3]) * scale
+    lens = {"surface": "cone", "height": 0.6, "centre": at.tolist(), "stretch": [0.5 * scale] * 3, "rotate": [30, 0, 0]}
+    film = {"centre": [0, 0, 2.5 * scale], "right": [1.3 * scale, 0, 0], "down": [0, -1.3 * scale, 0], "size": [90, 60]}
+    picture = {"corner": [-3 * scale, 3 * scale, -2.5 * scale], "right": [6 * scale, 0, 0], "down": [0, -6 * scale, 0]}
+    source = {"kind": "point", "at": [0.0, 0.0, 4.0 * scale]}
+    scene = make_scene(lens, film=film, picture=picture, source=source)
+    (spot,) = [spot for spot in hard_spots(scene) if spot.kind == "singular"]
+    tip = at + 0.15 * scale * np.array([0.0, -math.sin(math.radians(30)), math.cos(math.radians(30))])
+    told = [float(part) for part in spot.message.partition("at (")[2].partition(")")[0].split(",")]
+    assert told == pytest.approx(tip.tolist(), abs=1e-4 * scale)
+    row, column = (int(part) for part in spot.message.partition("film pixel (")[2].partition(")")[0].split(","))
+    o, d = film_rays(scene, np.array([row * 90 + column]))
+    d = d[0] / np.linalg.norm(d[0])
+    beside = np.linalg.norm(np.cross(tip - o[0], d))
+    assert beside < 1.3 / 60 * (4 / 1.5) * scale  # a pixel's width there, or less
+    away = scene.replace({"film.centre": [1.5 * scale, 0.0, 2.5 * scale]})
+    assert "singular" not in kinds(away)
+
+
+def test_what_is_not_seen_is_not_told_though_the_lens_is() -> None:
+    heart = make_scene({"surface": "heart", "rotate": [0.0, 90.0, 0.0]})  # its axis along x
+    assert "singular" in kinds(heart)
+    close = heart.replace({"film.right": [0.2, 0.0, 0.0], "film.down": [0.0, -0.2, 0.0]})
+    assert kinds(close) == set()
+    placed = Placement.of(heart.lenses[0])
+    ends = placed.centre + np.array(singular_points(heart.lenses[0])) @ placed.to_world.T
+    assert np.isfinite(on_film(close, ends)).all()
+
+
+PIXEL = 1.3 / 48 * 4.0 / 1.5  # of the usual film, at the world's origin
+
+
+@pytest.mark.parametrize(
+    ("lens", "width"),
+    [
+        ({"surface": "sphere", "r": 0.5 * PIXEL}, 1.0),
+        ({"surface": "rod", "diameter": PIXEL, "length": 1.0, "rotate": [90.0, 0.0, 30.0]}, 1.0),
+        ({"surface": "torus", "R": 0.4, "r": 0.5 * PIXEL}, 1.0),
+        ({"surface": "torus", "R": 0.4, "r": 0.5 * PIXEL, "rotate": [0.0, 60.0, 0.0]}, 1.0),
+    ],
+)
+def test_a_part_below_a_pixels_width_is_thin_and_one_above_is_not(lens: dict[str, Any], width: float) -> None:
+    for factor, is_thin in ((0.4, True), (0.85, True), (1.3, False)):
+        thinner = lens | {"stretch": [factor, factor, 1.0] if lens["surface"] == "rod" else [factor] * 3}
+        scene = make_scene(thinner)
+        assert ("thin" in kinds(scene)) is is_thin, factor
+        if is_thin:
+            (spot,) = [spot for spot in hard_spots(scene) if spot.kind == "thin"]
+            told = float(spot.message.partition("it is ")[2].partition(" film")[0])
+            assert told == pytest.approx(factor * width, rel=0.12)
+
+
+def test_a_pane_seen_from_its_face_is_not_thin() -> None:
+    assert kinds(make_scene({"surface": "sphere", "stretch": [0.5, 0.5, 1e-3]})) == set()
+    edge = {"surface": "sphere", "stretch": [0.5, 0.5, 1e-3], "rotate": [90.0, 0.0, 0.0]}
+    assert kinds(make_scene(edge)) == {"thin", "not-aimed-at"}
+
+
+def test_what_is_named_is_hard_indeed() -> None:
+    """Rays at a surface without slope are undecided; a ball below a pixel's width is not seen at all."""
+    flat = trace(make_scene(expression("(x^2 + y^2 + z^2 - 1)^3"), film={"size": [9, 9]}))
+    sound = trace(make_scene(expression("x^2 + y^2 + z^2 - 1"), film={"size": [9, 9]}))
+    assert (sound.events > 0).sum() > 10
+    assert set(flat.status[sound.events > 0]) == {RayStatus.UNDECIDED}
+    assert not (trace(make_scene({"surface": "sphere", "r": 0.2 * PIXEL})).events > 0).any()
+    tip = trace(make_scene({"surface": "cone"}, film={"size": [9, 9]}))
+    assert tip.status[4, 4] == RayStatus.UNDECIDED
+
+
+HARD = {
+    "heart": {"singular"},  # its dimple and its tip
+    "bifolia": {"singular"},  # its pinch
+    "gallery": {"singular"},  # both, and the nodes of the sextic
+    "bifolia-close": {"singular"},
+    "bifolia-wide": {"singular"},
+    "heart-close": {"singular"},
+    "heart-wide": {"singular"},
+}
+
+
+@pytest.mark.parametrize("path", sorted(CONFIGS.rglob("*.toml")), ids=lambda path: path.stem)
+def test_of_the_shipped_studies_only_those_with_singular_points_in_view_have_hard_spots(path: Any) -> None:
+    spots, _ = study_hard_spots(load_study(path))
+    assert {spot.kind for spot in spots} == HARD.get(path.stem, set())
