@@ -10,7 +10,7 @@ Needs python-flint, from the extra `accuracy`. Its working precision is one for 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import TYPE_CHECKING, Any
@@ -28,8 +28,14 @@ if TYPE_CHECKING:
 
     from lenscl.reference.vectors import Vector
 
+# From the numbers of a ray and of an event, from 0: how the point is moved where the surface's normal is taken, in
+# scene units, and what is added to the unit direction behind it
+Shake = Callable[[int, int], tuple[Sequence[float], Sequence[float]]]
+_ShakeOfRay = Callable[[int], tuple[Sequence[float], Sequence[float]]]
+
 RADIUS = 1e-20  # picture coordinates; a hundred thousandth of the last bit of a double
-_FIRST_BITS, _MOST_BITS = 128, 2048
+MOST_BITS = 2048
+_FIRST_BITS = 128
 _FARTHEST = 10**30  # |s| or |t| beyond are BEHIND
 _NORMAL = 2.0**-20  # a unit normal that is known less well is that of an edge, where both sides' are enclosed
 
@@ -70,14 +76,25 @@ class Proof:
         return max(float(abs(arb(x) - ball).upper()) for x, ball in zip((s, t), self.st, strict=True))
 
 
-def prove_pixels(scene: Scene, pixels: Iterable[int], radius: float = RADIUS) -> list[Proof]:
+def prove_pixels(
+    scene: Scene,
+    pixels: Iterable[int],
+    radius: float = RADIUS,
+    most_bits: int = MOST_BITS,
+    shake: Shake | None = None,
+) -> list[Proof]:
     """Prove the rays of film pixels, numbered row by row, through their exact centres; see `prove_rays`."""
     rows = [divmod(int(pixel), scene.film.columns) for pixel in pixels]
-    return [_proof(scene, _film_ray, (row, column), radius) for row, column in rows]
+    return [_proof(scene, _film_ray, row, radius, most_bits, _of_ray(shake, number)) for number, row in enumerate(rows)]
 
 
 def prove_rays(
-    scene: Scene, origins: Iterable[Sequence[float]], directions: Iterable[Sequence[float]], radius: float = RADIUS
+    scene: Scene,
+    origins: Iterable[Sequence[float]],
+    directions: Iterable[Sequence[float]],
+    radius: float = RADIUS,
+    most_bits: int = MOST_BITS,
+    shake: Shake | None = None,
 ) -> list[Proof]:
     """Prove where rays land.
 
@@ -88,7 +105,13 @@ def prove_rays(
     origins, directions : sequences of three numbers, one a ray
         Taken as exact; directions of any length.
     radius : float
-        The largest radius of a coordinate that will do; where 2048 bits do not reach it, the answer has a larger one.
+        The largest radius of a coordinate that will do; where the bits do not reach it, the answer has a larger one.
+    most_bits : int
+        Beyond which a ray that cannot be told is undecidable.
+    shake : callable, optional
+        From the numbers of a ray and of an event, from 0, to a vector in the world that moves the point where the
+        surface's normal is taken, in scene units, and to one that is added to the unit direction behind it. It shows
+        what becomes of a ray whose points and directions are rounded.
 
     Returns
     -------
@@ -107,10 +130,23 @@ def prove_rays(
                 raise LensclError(f"{name}[{number}]: expected three finite numbers, got {list(numbers)}")
         if not any(direction):
             raise LensclError(f"directions[{number}]: a direction must not be zero")
-    return [_proof(scene, _given_ray, ray, radius) for ray in rays]
+    return [
+        _proof(scene, _given_ray, ray, radius, most_bits, _of_ray(shake, number)) for number, ray in enumerate(rays)
+    ]
 
 
-def _proof(scene: Scene, ray: Any, which: Any, radius: float) -> Proof:
+def _of_ray(shake: Shake | None, ray: int) -> _ShakeOfRay | None:
+    return None if shake is None else lambda event: shake(ray, event)
+
+
+def _proof(
+    scene: Scene,
+    ray: Any,
+    which: Any,
+    radius: float,
+    most_bits: int,
+    shake: _ShakeOfRay | None,
+) -> Proof:
     try:
         from flint import ctx
     except ImportError:
@@ -120,13 +156,13 @@ def _proof(scene: Scene, ray: Any, which: Any, radius: float) -> Proof:
     bits = _FIRST_BITS
     while True:
         with ctx.workprec(bits):
-            path = _Path(scene, bits)
+            path = _Path(scene, bits, shake)
             try:
                 path.start(*ray(scene, which))
                 proof = path.followed()
             except UndecidableError as doubt:
                 proof = path.doubtful(str(doubt))
-        if (proof.status is not None and proof.radius <= radius) or bits >= _MOST_BITS:
+        if (proof.status is not None and proof.radius <= radius) or bits >= most_bits:
             return proof
         bits *= 2
 
@@ -167,8 +203,8 @@ def _behind(scene: Scene, target: Vector) -> arb:
 class _Path:
     """One ray at one number of bits."""
 
-    def __init__(self, scene: Scene, bits: int) -> None:
-        self.scene, self.bits = scene, bits
+    def __init__(self, scene: Scene, bits: int, shake: _ShakeOfRay | None) -> None:
+        self.scene, self.bits, self.shake = scene, bits, shake
         self.lenses = [Placed(lens) for lens in scene.lenses]
         self.events = 0
         self.inside: int | None = None  # number of the lens whose solid it travels in
@@ -202,6 +238,8 @@ class _Path:
                 return self._ended(RayStatus.TRAPPED)
             if not self._bent(*met):
                 return self._ended(RayStatus.TOTAL_REFLECTION)
+            if self.shake is not None:
+                self.direction = unit(plus(self.direction, vector(self.shake(self.events - 1)[1])))
 
     def _next_surface(self) -> tuple[int, Vector, Vector] | None:
         """Return the next lens, the local point and the world's normal there; None where there is none."""
@@ -222,7 +260,13 @@ class _Path:
         if any(not (nearest[0] < other[0]) for other in found if other is not nearest):
             raise UndecidableError("two lenses are met at the same place")
         _, number, local = nearest
-        return number, local, self.lenses[number].normal(self.lenses[number].at(local).slopes)
+        return number, local, self._normal(number, local)
+
+    def _normal(self, number: int, local: Vector) -> Vector:
+        lens = self.lenses[number]
+        if self.shake is not None:
+            local = plus(local, lens.vector_to_local(vector(self.shake(self.events)[0])))
+        return lens.normal(lens.at(local).slopes)
 
     def _bent(self, number: int, local: Vector, normal: Vector) -> bool:
         """Go through the surface; False where the ray ends in total reflection."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import mpmath
@@ -212,3 +213,44 @@ def test_what_is_no_ray_is_refused_by_name(origin: tuple[float, ...], direction:
     scene = make_scene({"surface": "sphere"})
     with pytest.raises(LensclError, match=told):
         prove_rays(scene, [(0.0, 0.0, 4.0), origin], [(0.0, 0.0, -1.0), direction])
+
+
+def test_a_shaken_ray_is_turned_behind_that_surface_and_nowhere_else() -> None:
+    slab = {"surface": "max(abs(z) - 0.5, x^2 + y^2 - 4)", "bounds": [[-2.1] * 3, [2.1] * 3], "n": 1.5}
+    tilt, still = 2.0**-10, (0.0, 0.0, 0.0)
+
+    def shake(ray: int, event: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        return still, (tilt, 0.0, 0.0) if (ray, event) == (1, 0) else still
+
+    rays = [[0.0, 0.0, 4.0]] * 2, [[0.0, 0.0, -1.0]] * 2
+    straight, tilted = prove_rays(make_scene(slab), *rays, shake=shake)
+    assert (straight.events, tilted.events) == (2, 2)
+    # One unit of glass along (tilt, 0, -1); behind it the sine is 1.5 times as large, down to z = -2.5
+    sine = 1.5 * tilt / math.hypot(tilt, 1.0)
+    shift = tilt + 2.0 * sine / math.sqrt(1.0 - sine * sine)
+    assert straight.distance(0.5, 0.5) < 1e-20
+    assert tilted.distance(0.5 + shift / 6.0, 0.5) < 1e-15
+
+
+def test_a_shaken_ray_meets_the_normal_of_a_point_beside() -> None:
+    """On a ball the normal of a point moved along the surface is turned by as much: the way in is that of a slope."""
+    scene = make_scene({"surface": "max(x^2 + y^2 + z^2 - 1, -z)", "bounds": [[-1.1] * 3, [1.1] * 3], "n": 1.5})
+    slope, still = 2.0**-10, (0.0, 0.0, 0.0)
+
+    def shake(_: int, event: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        return (slope, 0.0, 0.0) if event == 0 else still, still
+
+    shaken = prove_rays(scene, [[0.0, 0.0, 4.0]], [[0.0, 0.0, -1.0]], shake=shake)[0]
+    angle = math.atan(slope)
+    inside = angle - math.asin(math.sin(angle) / 1.5)  # from the axis, towards it; 1 down to the flat face
+    outside = math.asin(1.5 * math.sin(inside))
+    shift = math.tan(inside) + 2.5 * math.tan(outside)
+    assert shaken.events == 2
+    assert shaken.distance(0.5 - shift / 6.0, 0.5) < 1e-15
+
+
+def test_a_ray_that_few_bits_cannot_tell_is_undecidable_by_them() -> None:
+    scene = make_scene({"surface": "sphere"})
+    grazing = [[1.0, 0.0, 4.0]], [[-(2.0**-400), 0.0, -1.0]]  # the ball's rim is met 2^-400 inside
+    assert prove_rays(scene, *grazing, most_bits=256)[0].status is None
+    assert prove_rays(scene, *grazing)[0].status is not None
