@@ -97,16 +97,17 @@ def first_crossing(along: Callable[[arb], Jet], length: arb, bits: int, *, depar
 
 def _refined(along: Callable[[arb], Jet], bracket: arb) -> arb:
     """Shrink a ball that holds one root, where the slope cannot be zero, as far as the bits go."""
+    rises = bool(along(bracket).slopes[0] > 0)
     while True:
         middle = bracket.mid()
         value, slope = along(middle).value, along(bracket).slopes[0]
-        smaller = bracket.intersection(middle - value / slope)
+        # Radii are rounded up, so that the slope over a part may seem to be zero where that over the whole cannot
+        smaller = bracket if contains_zero(slope) else bracket.intersection(middle - value / slope)
         if smaller.rad() >= bracket.rad() * 0.75:
             # Newton's ball is as wide: take the half that holds the root, if that can be told
-            rises, after = bool(slope > 0), bool(value < 0)
             if contains_zero(value):
                 return smaller
-            end = bracket.upper() if rises == after else bracket.lower()
+            end = bracket.upper() if rises == bool(value < 0) else bracket.lower()
             smaller = bracket.intersection(middle.union(end))
             if smaller.rad() >= bracket.rad() * 0.75:
                 return smaller
