@@ -1,7 +1,7 @@
 """Check a ray map by itself: on a sample of its rays, what must hold of every path, whatever the lens.
 
-Four laws are checked at every surface point of some 64 rays, followed through the device's own kernels, and two more on
-their last legs:
+Four laws are checked at every surface point of some 64 rays, or of rays that are given, followed through the device's
+own kernels, and two more on their last legs:
 
     length    directions stay unit
     surface   |F| = 0 where a surface is met
@@ -10,7 +10,7 @@ their last legs:
     ahead     nothing lies in the way of a ray that has left the lenses: F is nowhere negative
     place     it lands where its last leg meets the picture's plane
 
-and one more that joins them to the map: the followed ray ends as the map says that its pixel did. Nothing is compared
+and one more that joins them to a map: the followed ray ends as the map says that its pixel did. Nothing is compared
 with another program's answer. Every residual is held against a bound of its own, made of the roundings that the
 precision makes unavoidable at that very place, so 1 is the most that a healthy ray shows.
 """
@@ -28,6 +28,8 @@ from lenscl.accuracy.selfcheck.findings import LAWS, MOST_FAILURES, UNCHECKED, F
 from lenscl.accuracy.selfcheck.hits import SAFETY, Hits, Tolerance, hits_of
 from lenscl.accuracy.selfcheck.legs import landings, obstacles
 from lenscl.accuracy.selfcheck.returns import Leg, Return, sent_back
+from lenscl.config import Scene
+from lenscl.device import Device
 from lenscl.status import RayStatus
 from lenscl.tracing import Ends, Follower, RayMap, film_rays, methods_of
 
@@ -63,6 +65,32 @@ def check_map(raymap: RayMap) -> SelfCheck:
         return _Check(raymap, pixels).result()
 
 
+def check_rays(scene: Scene, device: Device, origins: Array, vectors: Array) -> SelfCheck:
+    """Check rays of the caller's own by the laws of paths; there is no map to hold their ends against.
+
+    Parameters
+    ----------
+    scene : Scene
+        With the method and the precision to follow them in.
+    device : Device
+        Where to trace.
+    origins, vectors : float64 array, shape (N, 3)
+        World, scene units; vectors of any length but 0.
+
+    Returns
+    -------
+    SelfCheck
+        A failure's ray is its column; of rays that meet nothing the last leg is checked.
+
+    Raises
+    ------
+    BuildError, TraceError
+        If the device refuses to trace them.
+    """
+    with np.errstate(all="ignore"):  # as in `check_map`
+        return _Paths(scene, device, origins, vectors).result()
+
+
 def sampled(events: NDArray[np.uint8]) -> Pixels:
     """Return the pixels to look at: one of each cell of the part of a film that shows lenses, and some of most events.
 
@@ -90,12 +118,12 @@ def sampled(events: NDArray[np.uint8]) -> Pixels:
     return np.unique(np.concatenate([numbers[order[begins + counts // 2]], numbers[most]]))
 
 
-class _Check:
-    """One map's check at work."""
+class _Paths:
+    """The check of given rays at work."""
 
-    def __init__(self, raymap: RayMap, pixels: Pixels) -> None:
-        self.raymap, self.scene, self.pixels = raymap, raymap.scene, pixels
-        self.follower = Follower(raymap.scene, raymap.device, "check")
+    def __init__(self, scene: Scene, device: Device, origins: Array, vectors: Array) -> None:
+        self.scene, self.origins, self.vectors = scene, origins, vectors
+        self.follower = Follower(scene, device, "check")
         self.eps = float(np.finfo(self.follower.dtype).eps)
         self.methods = methods_of(self.scene)
         self.may_lose = not all(method.is_guaranteed for method in self.methods)
@@ -106,13 +134,15 @@ class _Check:
         self.surfaces = self.returned = 0
 
     def result(self) -> SelfCheck:
-        ends = self._ends_as_in_map()
+        ends = self._ends()
         most = int(min(ends.events.max(), _MOST_EVENTS))
         if most:
             self._check_paths(ends, most)
+        else:
+            self._check_last_legs(ends, np.zeros(len(ends.events)))
         failures = [self.failures[ray] for ray in sorted(self.failures)]
         return SelfCheck(
-            rays=len(self.pixels),
+            rays=len(self.origins),
             surfaces=self.surfaces,
             returned=self.returned,
             unchecked={why: self.unchecked[why] for why in UNCHECKED if self.unchecked[why]},
@@ -121,34 +151,15 @@ class _Check:
             failures=tuple(failures[:MOST_FAILURES]),
         )
 
-    def _ends_as_in_map(self) -> Ends:
-        """Follow the sample to its end; where a ray ends otherwise than the map says, ask rays beside it."""
-        numerics = self.scene.numerics
-        self.origins, self.vectors = film_rays(self.scene, self.pixels)
-        ends = self.follower.ends(self.origins, self.vectors, numerics.max_events)
-        undecided = ends.status == RayStatus.UNDECIDED
-        self.unchecked["undecided"] += int(undecided.sum())
-        status, events = (array.ravel()[self.pixels] for array in (self.raymap.status, self.raymap.events))
-        differs = np.flatnonzero(~undecided & ((ends.status != status) | (ends.events != events)))
-        if self.may_lose:  # a rounding of a march's steps decides what it loses, beside the pixel as well as on it
-            self.unchecked["lost"] += len(differs)
-        elif differs.size:
-            beside = self._rays_beside(differs)
-            alike = np.ones(len(differs), dtype=np.bool_)
-            for vectors in beside:
-                other = self.follower.ends(self.origins[differs], vectors, numerics.max_events)
-                alike &= (other.status == ends.status[differs]) & (other.events == ends.events[differs])
-            self.unchecked["borderline"] += int((~alike).sum())
-            residual = np.abs(ends.events.astype(float) - events)[differs]
-            self._note("map", differs, 0, np.where(alike, np.maximum(residual, 1.0), 0.0), np.full(len(differs), 0.5))
+    def _ends(self) -> Ends:
+        """Follow the rays to their ends."""
+        ends = self.follower.ends(self.origins, self.vectors, self.scene.numerics.max_events)
+        self.unchecked["undecided"] += int((ends.status == RayStatus.UNDECIDED).sum())
         return ends
 
-    def _rays_beside(self, rays: Pixels) -> list[Array]:
-        """Return directions that are off by more than the rounding of the kernel's own film pixels, on all sides."""
-        vectors, origins = self.vectors[rays], self.origins[rays]
-        size = np.abs(origins) + np.abs(origins + vectors)
-        aside = self.eps * size.max(axis=1, keepdims=True)
-        return [vectors + reach * aside * corner for reach in _BESIDE for corner in _CORNERS]
+    def _pixel(self, ray: int) -> tuple[int, int]:
+        """Return the row and the column by which a ray is named."""
+        return 0, ray
 
     def _check_paths(self, ends: Ends, most: int) -> None:
         """Check every surface point of the sample, the k-th of which is where a limit of k events ends a ray."""
@@ -170,7 +181,9 @@ class _Check:
         bound = np.cumsum(sums, axis=0)[event + 1, ray]
         self._note("surface", ray, event + 1, np.where(np.isfinite(at).all(axis=1), hits.value, _LARGEST), bound)
 
-        self._check_last_legs(ends, hits, event, ray)
+        allowed = np.zeros(len(ends.events))
+        np.maximum.at(allowed, ray, np.where(np.isfinite(hits.bound), hits.bound, np.inf))
+        self._check_last_legs(ends, allowed)
 
         # A ray that ended by total reflection keeps its direction
         stops = (ends.status[ray] == RayStatus.TOTAL_REFLECTION) & (event + 1 == ends.events[ray])
@@ -214,8 +227,11 @@ class _Check:
         residual = np.abs(np.linalg.norm(directions[events, rays], axis=1) - 1.0)
         self._note("length", rays, events, residual, np.stack(bounds)[events, rays])
 
-    def _check_last_legs(self, ends: Ends, hits: Hits, event: Pixels, ray: Pixels) -> None:
-        """Hold places against the legs that lead to them, and look along these for what was passed over."""
+    def _check_last_legs(self, ends: Ends, allowed: Array) -> None:
+        """Hold places against the legs that lead to them, and look along these for what was passed over.
+
+        `allowed`, shape (N,), is how large |F| may be where the leg starts.
+        """
         finite = np.isfinite(np.hstack([ends.origin, ends.direction, ends.st])).all(axis=1)
         lands = np.flatnonzero(np.isin(ends.status, _LANDS) & finite)
         if not lands.size:
@@ -224,8 +240,6 @@ class _Check:
         residual, bound = landings(self.scene.picture, *legs, ends.st[lands], self.eps)
         self._note("place", lands, 0, residual, bound)
 
-        allowed = np.zeros(len(ends.events))
-        np.maximum.at(allowed, ray, np.where(np.isfinite(hits.bound), hits.bound, np.inf))
         residual, bound = obstacles(self.scene, *legs, allowed[lands], self.eps)
         if self.may_lose:
             self.unchecked["lost"] += int((residual > bound).sum())
@@ -264,9 +278,48 @@ class _Check:
             self.failed += 1
             ray = int(rays[i])
             event = int(np.broadcast_to(events, ratio.shape)[i])
-            row, column = divmod(int(self.pixels[ray]), self.scene.film.columns)
+            row, column = self._pixel(ray)
             failure = Failure(
                 row=row, column=column, event=event, law=law, residual=float(residual[i]), bound=float(bound[i])
             )
             if ray not in self.failures or event < self.failures[ray].event:
                 self.failures[ray] = failure
+
+
+class _Check(_Paths):
+    """One map's check at work."""
+
+    def __init__(self, raymap: RayMap, pixels: Pixels) -> None:
+        super().__init__(raymap.scene, raymap.device, *film_rays(raymap.scene, pixels))
+        self.raymap, self.pixels = raymap, pixels
+
+    def _pixel(self, ray: int) -> tuple[int, int]:
+        row, column = divmod(int(self.pixels[ray]), self.scene.film.columns)
+        return row, column
+
+    def _ends(self) -> Ends:
+        """Follow the sample to its end; where a ray ends otherwise than the map says, ask rays beside it."""
+        numerics = self.scene.numerics
+        ends = super()._ends()
+        undecided = ends.status == RayStatus.UNDECIDED
+        status, events = (array.ravel()[self.pixels] for array in (self.raymap.status, self.raymap.events))
+        differs = np.flatnonzero(~undecided & ((ends.status != status) | (ends.events != events)))
+        if self.may_lose:  # a rounding of a march's steps decides what it loses, beside the pixel as well as on it
+            self.unchecked["lost"] += len(differs)
+        elif differs.size:
+            beside = self._rays_beside(differs)
+            alike = np.ones(len(differs), dtype=np.bool_)
+            for vectors in beside:
+                other = self.follower.ends(self.origins[differs], vectors, numerics.max_events)
+                alike &= (other.status == ends.status[differs]) & (other.events == ends.events[differs])
+            self.unchecked["borderline"] += int((~alike).sum())
+            residual = np.abs(ends.events.astype(float) - events)[differs]
+            self._note("map", differs, 0, np.where(alike, np.maximum(residual, 1.0), 0.0), np.full(len(differs), 0.5))
+        return ends
+
+    def _rays_beside(self, rays: Pixels) -> list[Array]:
+        """Return directions that are off by more than the rounding of the kernel's own film pixels, on all sides."""
+        vectors, origins = self.vectors[rays], self.origins[rays]
+        size = np.abs(origins) + np.abs(origins + vectors)
+        aside = self.eps * size.max(axis=1, keepdims=True)
+        return [vectors + reach * aside * corner for reach in _BESIDE for corner in _CORNERS]
