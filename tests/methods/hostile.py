@@ -140,16 +140,21 @@ class Aim:
         """Return points of the surface, to rounding, and unit normals."""
         found: list[Array] = []
         while sum(map(len, found)) < count:
-            p = self.rng.uniform(self.low, self.high, (2 * count, 3))
-            with np.errstate(all="ignore"):
-                for _ in range(_PROJECTIONS):
-                    step = self._step(p)
-                    far = np.linalg.norm(step, axis=1, keepdims=True) / (0.1 * self.size)
-                    p = p - step / np.maximum(far, 1.0)
-                good = np.linalg.norm(self._step(p), axis=1) < 1e-13 * self.size
+            p, good = self.onto(self.rng.uniform(self.low, self.high, (2 * count, 3)))
             found.append(p[good & np.all((p > self.low) & (p < self.high), axis=1)])
         point = np.concatenate(found)[:count]
         return point, unit(self.slopes(point))
+
+    def onto(self, point: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Return where Newton's steps along the gradient take points, and whether that is the surface, to rounding."""
+        p = point
+        with np.errstate(all="ignore"):
+            for _ in range(_PROJECTIONS):
+                step = self._step(p)
+                far = np.linalg.norm(step, axis=1, keepdims=True) / (0.1 * self.size)
+                p = p - step / np.maximum(far, 1.0)
+            good = np.linalg.norm(self._step(p), axis=1) < 1e-13 * self.size
+        return p, good
 
     def values(self, point: Array) -> Array:
         """Return F at points."""
