@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+from faults_in_kernels import Fault, broken
 from scenes import CATALOGUE, CONFIGS, SHAPES, make_scene
 
 from lenscl import RayStatus, compile_count, load_study, trace
 from lenscl.accuracy import Failure, SelfCheck, check_map
 from lenscl.accuracy.selfcheck.check import sampled
 from lenscl.accuracy.selfcheck.findings import LAWS
-from lenscl.codegen import assemble, fragments
 from lenscl.config import Scene
 from lenscl.device import Device, choose
 from lenscl.tracing import Follower, RayMap, film_rays
@@ -226,21 +225,8 @@ FAULTS: dict[str, tuple[str, str, str, str]] = {
 }  # fmt: skip
 
 
-@contextmanager
-def fault(name: str, old: str, new: str) -> Iterator[None]:
-    real = fragments.fragment
-
-    def broken(file: str) -> str:
-        text = real(file)
-        if file == name:
-            assert text.count(old) == 1
-            text = text.replace(old, new)
-        return text
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fragments, "fragment", broken)
-        patch.setattr(assemble, "_kept", {})  # what was written of the whole ones
-        yield
+def fault(name: str, old: str, new: str) -> AbstractContextManager[None]:
+    return broken(Fault("a fault", name, old, new))
 
 
 def placed_scene() -> Scene:
