@@ -12,7 +12,7 @@ from scenes import CATALOGUE, forerunner, make_scene
 from lenscl import RayStatus, reference, trace
 from lenscl.config import Scene
 
-BOUND = {"single": 1e-6, "double": 1e-12}
+BOUND = {"single": 1e-6, "double": 1e-12, "mixed": 1e-12}
 
 
 def straight(scene: Scene) -> Any:
@@ -54,13 +54,23 @@ def test_a_null_lens_is_the_identity_on_the_forerunners_scenes(name: str, precis
     assert np.abs(raymap.st.reshape(-1, 2) - st).max() <= BOUND[precision]
 
 
-@pytest.mark.parametrize("widths", [(1, 1), (4, 2), (8, 4)])
-def test_every_packet_width_does_the_same(widths: tuple[int, int]) -> None:
-    scene = make_scene({"surface": "torus", "n": 1.0})
+SHELL = "max(x**2 + y**2 + z**2 - 0.5, 0.2 - x**2 - y**2 - z**2)"  # hollow: four surfaces, two of them within
+
+
+@pytest.mark.parametrize("precision", ["single", "double", "mixed"])
+@pytest.mark.parametrize(
+    ("width", "surface"), [(1, "torus"), (2, SHELL), (4, "torus"), (8, SHELL), (16, "torus"), (16, SHELL)]
+)
+def test_every_packet_width_does_the_same(surface: str, width: int, precision: str) -> None:
+    lens: dict[str, Any] = {"surface": surface}
+    events = 2
+    if surface == SHELL:
+        lens, events = lens | {"bounds": [[-1.0] * 3, [1.0] * 3]}, 4
+    scene = make_scene(lens | {"n": 1.33}, medium=1.33)
     st, _ = straight(scene)
-    for precision in ("single", "double"):
-        raymap = trace(scene, precision=precision, device=device_of_width(*widths))
-        assert np.abs(raymap.st.reshape(-1, 2) - st).max() <= BOUND[precision]
+    raymap = trace(scene, precision=precision, device=device_of_width(width, width))
+    assert (raymap.events == events).sum() > 100
+    assert np.abs(raymap.st.reshape(-1, 2) - st).max() <= BOUND[precision]
 
 
 def test_parallel_light_and_the_paraxial_rule_pass_a_null_lens_too() -> None:
