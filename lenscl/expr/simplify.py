@@ -58,10 +58,13 @@ def _factors(u: Expr) -> tuple[Expr, list[Expr]]:
 
 
 def _scaled(factor: float, u: Expr) -> Expr:
-    """Multiply by a number, at the head of the product."""
+    """Multiply by a number, at the head of the product; in front of it where the two have no product that is finite."""
     head, factors = _factors(u)
     if head.value is not None:
-        return reduce(_times, factors, number(factor * head.value))
+        merged = factor * head.value
+        if not math.isfinite(merged) or (merged == 0.0 and head is not ZERO):
+            return node("*", number(factor), u)
+        return reduce(_times, factors, number(merged))
     if factor == 1.0:
         return u
     if factor == -1.0:

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from lenscl.expr import OPERATIONS, evaluate, number, parse, symbol
+from lenscl.expr import OPERATIONS, evaluate, gradient, number, parse, symbol
 from lenscl.expr.graph import node
 from lenscl.expr.simplify import RULES
 
@@ -84,6 +84,26 @@ def test_every_rule_is_an_identity_and_fits_somewhere(op, rule):
 )
 def test_text_simplifies_as_a_person_would_write_it(text, simpler):
     assert str(parse(text, "xy")) == simpler
+
+
+@pytest.mark.parametrize(
+    ("text", "left"),
+    {
+        "x*1e308 + x*1e308": "2 * (1e+308 * x)",
+        "2*(1e308*x)": "2 * (1e+308 * x)",
+        "(1e200*x)*(1e200*y)": "1e+200 * x * (1e+200 * y)",
+        "(1e-200*x)*(1e-200*y)": "1e-200 * x * (1e-200 * y)",
+    }.items(),
+)
+def test_numbers_whose_product_overflows_or_vanishes_are_left_apart(text, left):
+    expr = parse(text, "xy")
+    assert str(expr) == left
+    assert parse(left, "xy") is expr
+
+
+def test_a_derivative_whose_numbers_overflow_is_made() -> None:
+    slope = gradient(parse("x / (1 + (max(x, y) * 6e213)^2)", "xy"))[0]
+    assert evaluate(slope, {"x": 0.0, "y": 0.0}) == 1.0
 
 
 def test_equal_structure_is_the_same_object():
