@@ -26,9 +26,19 @@ def spell(each: Expr, text: Mapping[Expr, tuple[str, int]]) -> tuple[str, int]:
     if each.op == "symbol":
         return str(each.name), ATOM
     row = OPERATIONS[each.op]
-    parts = [wrapped(*text[arg], needed) for arg, needed in zip(each.args, row.needs, strict=True)]
+    needs = (ATOM,) if each.op == "neg" and _sign_would_move(each.args[0]) else row.needs
+    parts = [wrapped(*text[arg], needed) for arg, needed in zip(each.args, needs, strict=True)]
     spelled = row.text.format(*parts)
     return (spelled if len(spelled) <= MAX_TEXT else spelled[: MAX_TEXT - 3] + "..."), row.level
+
+
+def _sign_would_move(u: Expr) -> bool:
+    """Return whether a sign before a product without brackets would be read as its first factor's, and vanish in it."""
+    if u.op not in ("*", "/"):
+        return False
+    while u.op in ("*", "/"):
+        u = u.args[0]
+    return u.op == "-" or u.value is not None
 
 
 def wrapped(text: str, level: int, needed: int) -> str:

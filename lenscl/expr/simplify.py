@@ -68,7 +68,7 @@ def _scaled(factor: float, u: Expr) -> Expr:
     if factor == 1.0:
         return u
     if factor == -1.0:
-        return node("neg", u)
+        return build("neg", u)
     return reduce(_times, factors, node("*", number(factor), head))
 
 

@@ -206,3 +206,19 @@ def test_reading_and_spelling_import_neither_numpy_nor_sympy():
     """
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, check=True)
     assert done.stdout.split("\n")[:2] == ["[]", "False"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(x - y) * -(k * z)",
+        "-((x - y - z) / k)",
+        "cbrt(-((z - 1)^-1))",
+        "(x - y) * -(k^0)",
+        "-(2 * (x - y))",
+        "-(k * (x - y))",
+    ],
+)
+def test_a_sign_before_a_product_is_printed_so_that_it_stays_there(text):
+    expr = parse(text, NAMES)
+    assert parse(str(expr), NAMES) is expr
