@@ -18,8 +18,9 @@ from lenscl.errors import NoDeviceError
 
 _VARIABLE = "LENSCL_DEVICE"
 _SIMULATORS = ("oclgrind",)  # they check kernels, thousands of times slower: only when named
-# Oclgrind 21.10 interprets LLVM's text but not the marks that inlining functions with `restrict` leaves in it
-_SIMULATOR_OPTIONS = ("-cl-opt-disable",)
+# Oclgrind 21.10 interprets LLVM's text but not the marks that inlining leaves in it, of functions with `restrict` or a
+# structure for result: nothing is inlined there, not even what asks for it
+_SIMULATOR_OPTIONS = ("-cl-opt-disable", "-Dalways_inline=")
 _KIND_RANK = {"gpu": 0, "accelerator": 1, "cpu": 2}
 _ADVICE = (
     "Install one with `pip install pocl-binary-distribution` (Linux x86-64) or your vendor's OpenCL driver, "
