@@ -239,7 +239,10 @@ def _same(a: Any, b: Any) -> bool:
     if isinstance(a, bool) or isinstance(b, bool):
         return a is b
     if isinstance(a, Real) and isinstance(b, Real):
-        return math.isclose(a, b, rel_tol=_SAME)
+        try:
+            return math.isclose(a, b, rel_tol=_SAME)
+        except OverflowError:  # a whole number that no float can hold
+            return a == b
     if isinstance(a, list | tuple) and isinstance(b, list | tuple):
         return len(a) == len(b) and all(_same(p, q) for p, q in zip(a, b, strict=True))
     return type(a) is type(b) and bool(a == b)

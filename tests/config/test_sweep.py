@@ -139,6 +139,12 @@ def test_exclude_matches_every_key_given_and_what_an_axis_computed(base):
     assert study.point_count() == 5
 
 
+def test_an_exclude_may_hold_a_number_beyond_all_floats(base):
+    axes = "[sweep.axes]\n'lens.r' = [0.1, 0.2]\n'film.size' = [[3, 4]]\n[[sweep.exclude]]\n"
+    for pattern in (f"'lens.r' = 1{'0' * 400}", f"'film.size' = [3, 1{'0' * 400}]", f"'lens.r' = -1{'0' * 400}"):
+        assert study_from_toml(base + axes + pattern).point_count() == 2
+
+
 def test_include_adds_points_that_exclude_does_not_touch_and_other_keys_keep_their_defaults(base):
     study = study_from_toml(
         base
