@@ -143,7 +143,7 @@ def _whole_ratio(u: Expr, v: Expr) -> Expr | None:
 
 
 def _halved(u: Expr, v: Expr) -> Expr | None:
-    if v.value is None or v.value == 0.0 or abs(math.frexp(v.value)[0]) != 0.5 or abs(v.value) > 2.0**1000:
+    if v.value is None or not 2.0**-1000 <= abs(v.value) <= 2.0**1000 or abs(math.frexp(v.value)[0]) != 0.5:
         return None
     return number(1.0 / v.value) * u
 

@@ -93,9 +93,10 @@ def test_text_simplifies_as_a_person_would_write_it(text, simpler):
         "2*(1e308*x)": "2 * (1e+308 * x)",
         "(1e200*x)*(1e200*y)": "1e+200 * x * (1e+200 * y)",
         "(1e-200*x)*(1e-200*y)": "1e-200 * x * (1e-200 * y)",
+        "x/5e-324": "x / 5e-324",
     }.items(),
 )
-def test_numbers_whose_product_overflows_or_vanishes_are_left_apart(text, left):
+def test_numbers_whose_product_or_quotient_overflows_or_vanishes_are_left_apart(text, left):
     expr = parse(text, "xy")
     assert str(expr) == left
     assert parse(left, "xy") is expr
