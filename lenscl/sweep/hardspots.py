@@ -133,7 +133,7 @@ def _boxes_cut_screens(scene: Scene, placed: list[tuple[str, Placement]]) -> Ite
 def _picture_out_of_the_way(scene: Scene) -> Iterator[HardSpot]:
     normal = np.cross(np.asarray(scene.picture.right, float), np.asarray(scene.picture.down, float))
     origins, directions = _film_rays(scene, _every(scene, _COARSE_RAYS))
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         t = (np.asarray(scene.picture.corner, float) - origins) @ normal / (directions @ normal)
     # A film ray is at 0 at a point source and at 1 on the film; parallel ones come from as far as need be
     is_point = scene.source.at is not None

@@ -51,6 +51,11 @@ def test_each_hard_spot_is_found_and_nothing_else(changes: Mapping[str, Any], ex
     assert kinds(scene_from_toml(HARMLESS).replace(changes)) == expected
 
 
+def test_rays_that_all_but_run_along_the_picture_never_meet_it() -> None:
+    aside = {"source.at": [0.0, 0.0, 0.0], "film.centre": [0.0, 0.0, -5e-324], "lens.one.centre": [0.0, 9.0, 0.0]}
+    assert "picture behind" in kinds(scene_from_toml(HARMLESS).replace(aside))
+
+
 @pytest.mark.parametrize(
     ("centre", "overlaps"),
     [("[0.0, 0.0, 0.8]", True), ("[0.0, 0.0, 1.0]", False), ("[1.2, 1.0, 0.0]", True), ("[1.4, 0.0, 0.0]", False)],
