@@ -2,8 +2,8 @@
 
 In packets of another width the compiler may join other products and sums, a * b + c without the rounding between. So
 places may differ there, and statuses and events may not: (s, t) by at most CONTRACTION roundings times the ray's
-condition, by which one rounding's size at the start grows on the way to the picture. Rays whose path hangs on rounding
-have no condition; they are counted apart.
+condition, by which one rounding's size at the start grows on the way to the picture. Rays that land on no place of the
+picture's plane, and those whose path hangs on rounding, have no condition; they are counted apart.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from probe import device_of_width
 from scenes import CATALOGUE, make_scene
 
 import lenscl
-from lenscl import trace, trace_rays
+from lenscl import RayStatus, trace, trace_rays
 from lenscl.accuracy import pixel_bounds
 from lenscl.config import Scene
 from lenscl.device import choose
@@ -35,7 +35,7 @@ ARRAYS = ("st", "status", "events", "origin", "direction")
 EPSILON = {"single": 2.0**-23, "mixed": 2.0**-52, "double": 2.0**-52}
 START_ULPS = 4.0  # what lenscl.accuracy.bounds moves the start of a ray by
 CONTRACTION = 1.0  # measured: 0.12 at most, over the catalogue
-HANGS = 0.08  # the most of a film's rays whose path may hang on rounding: edges and cusps; measured: 0.05
+HANGS = 0.001  # the share of a film's rays that may land and hang on rounding, or end unlike; measured: none of 57,340
 SIZE = [61, 47]
 TURNED = {"rotate": [20.0, 30.0, 10.0]}
 SEVERAL = (
@@ -119,12 +119,13 @@ def test_packets_of_any_width_end_alike_and_within_the_bound_of_contraction(name
     first, lens = maps[0], (maps[0].events > 0).ravel()
     for other in maps[1:]:
         ratio = roundings_apart(first, other, precision)
-        hangs = np.isnan(ratio)
-        assert (lens & ~hangs).sum() > 100
-        assert hangs.mean() < HANGS
+        judged, lands = ~np.isnan(ratio), (first.status <= RayStatus.OFF_PICTURE).ravel()
+        assert (judged & lens).sum() > 100
+        assert (lands & ~judged).mean() <= HANGS
         assert np.nanmax(ratio) <= CONTRACTION
-        np.testing.assert_array_equal(other.status.ravel()[~hangs], first.status.ravel()[~hangs])
-        np.testing.assert_array_equal(other.events.ravel()[~hangs], first.events.ravel()[~hangs])
+        unlike = ((other.status != first.status) | (other.events != first.events)).ravel()
+        assert not (unlike & judged).any()
+        assert unlike.mean() <= HANGS
 
 
 def test_places_two_roundings_of_their_condition_apart_are_seen() -> None:
