@@ -47,10 +47,15 @@ static inline void clip_to_slab(realv o, realv d, real low, real high, span_t *s
 }
 
 // Clip the ray ahead of its origin to the lens's bounding box.
+//
+// Each end is off by up to 3.5 roundings, which may turn round the ends of a box that is thinner than that: so it is made
+// longer by 4 at either end.
 static inline span_t span_in_box(const lens_t *lens, real3v o, real3v d) {
   span_t span = {(realv)0, (realv)REAL_MAX};
   clip_to_slab(o.x, d.x, lens->box_low[0], lens->box_high[0], &span);
   clip_to_slab(o.y, d.y, lens->box_low[1], lens->box_high[1], &span);
   clip_to_slab(o.z, d.z, lens->box_low[2], lens->box_high[2], &span);
+  span.enter = span.enter * (realv)((real)1 - 2 * (real)REAL_EPSILON);
+  span.leave = min_v(span.leave * (realv)((real)1 + 2 * (real)REAL_EPSILON), (realv)REAL_MAX);
   return span;
 }
