@@ -52,14 +52,18 @@ static inline band_t band_tan(band_t a) {
   return band_known((band_reach(a) < NUMBER(1.5)) & (low <= value) & (value <= high), bent);
 }
 
-// |tanh''| <= 4 / (3 sqrt 3) = 0.7698; the slope 1 - tanh^2 is wrong by twice the value's error.
+// |tanh''| <= 4 / (3 sqrt 3) = 0.7698; the slope 1 - tanh^2 is wrong by twice the value's error. Over a long band it is
+// all that lies between the values at the ends, for it rises.
 static inline band_t band_tanh(band_t a) {
   const realv value = tanh(a.mid);
   const realv reach = band_reach(a);
   band_t bent = band_bent(a, value, (realv)1 - value * value, (realv)NUMBER(-0.77), (realv)NUMBER(0.77), TANH_ULP);
   bent.error = (bent.error + (realv)(2 * TANH_ULP + 2) * ROUNDING * reach) * WIDEN;
-  const band_t all = {(realv)0, (realv)0, (realv)1};
-  return band_known(reach < (realv)REAL_MAX, band_pick(reach > (realv)2, all, bent));
+  const realv low = tanh(band_low(a));
+  const realv high = tanh(band_high(a));
+  const band_t between = {HALF * (low + high), (realv)0,
+                          (HALF * (high - low) + (realv)(TANH_ULP + 2) * ROUNDING) * WIDEN};
+  return band_known(reach < (realv)REAL_MAX, band_pick(reach > (realv)2, between, bent));
 }
 
 // The angle is that of the middle plus the arc tangent of the rest, in axes turned so that the middle lies along x.
