@@ -20,7 +20,7 @@ FLOORS = (
     {"effects", "methods", "lenses", "materials"},
     {"device", "codegen"},
     {"tracing", "imaging"},
-    {"accuracy"},  # below sweep, which traces as accurately as a study asks
+    {"accuracy", "hardcases"},  # below sweep, which traces as accurately as a study asks
     {"views", "sweep"},
     {"cli"},
     {"__main__"},  # `python -m lenscl`

@@ -17,6 +17,7 @@ import click
 from lenscl.cli.bench import bench
 from lenscl.cli.explain import explain
 from lenscl.cli.group import Group
+from lenscl.cli.hardcases import hardcases
 from lenscl.cli.look import check, kernel, schema
 from lenscl.cli.machine import devices, doctor, lenses
 from lenscl.cli.pareto import pareto
@@ -64,20 +65,6 @@ def main() -> None:
     """
 
 
-for _command in (
-    new,
-    check,
-    render,
-    sweep,
-    export,
-    map_,
-    explain,
-    kernel,
-    pareto,
-    bench,
-    lenses,
-    devices,
-    doctor,
-    schema,
-):
+_WORK, _LOOK = (new, render, sweep, export, map_), (check, explain, kernel, lenses, devices, doctor, schema)
+for _command in (*_WORK, *_LOOK, pareto, hardcases, bench):
     main.add_command(_command)

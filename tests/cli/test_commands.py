@@ -11,7 +11,7 @@ import pytest
 from lenscl.cli import main
 
 COMMANDS = sorted(main.commands)
-EXPECTED = "bench check devices doctor explain export kernel lenses map new pareto render schema sweep"
+EXPECTED = "bench check devices doctor explain export hardcases kernel lenses map new pareto render schema sweep"
 
 
 def test_the_commands_are_those_of_this_version() -> None:

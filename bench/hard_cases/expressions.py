@@ -1,0 +1,102 @@
+"""Expressions as users write them: without a solid, without a derivative, without a value, or no expression at all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hard_cases.aims import down_on, generator
+from hard_cases.scenes import lens, scene, user
+from lenscl.hardcases import Case
+
+_FEW = {"max_events": 8}
+_RAYS = 80
+
+_FINE = (
+    ("constant sign", "x^2 + y^2 + z^2 + 1", 1.1, "F is positive everywhere: there is no solid, and no event"),
+    ("disconnected parts", "min((x - 0.5)^2 + y^2 + z^2 - 0.1, (x + 0.5)^2 + y^2 + z^2 - 0.1)", 1.1, "two balls"),
+    ("edges", "abs(x) + abs(y) + abs(z) - 0.9", 1.1, "an octahedron: F has no derivative on its edges"),
+    (
+        "square root of 0",
+        "sqrt(x^2 + y^2) + abs(z) - 0.8",
+        1.1,
+        "a double cone: no slope on its axis",
+    ),
+    ("a quotient by 0", "z^2 + 0.2*(x^2 + y^2) - 0.1 + 0.001/(x^2 + y^2)", 1.1, "F has a pole on the axis"),
+    ("no value inside", "max(sqrt(x + 0.5) - 1, x^2 + y^2 + z^2 - 0.7)", 1.1, "F has no value for x below -0.5"),
+    ("overflow", "exp(400*(x^2 + y^2 + z^2)) - exp(200)", 1.3, "F grows beyond the largest number within the bounds"),
+    ("a square", "(x^2 + y^2 + z^2 - 0.7)^2", 1.1, "F never changes sign, and its gradient vanishes where it is 0"),
+    ("huge slopes", "tanh(1e4*(x^2 + y^2 + z^2 - 0.7))", 1.1, "F goes from -1 to 1 within a ten-thousandth"),
+    ("waves", "x^2 + y^2 + z^2 - 0.6 + 0.02*sin(40*x)*sin(40*y)*sin(40*z)", 1.1, "a ball with fine waves on it"),
+    ("powers", "pow(abs(x), 2.5) + pow(abs(y), 1.5) + z^2 - 0.6", 1.1, "powers that are not whole"),
+    ("high degree", "x^8 + y^8 + z^8 - 0.5", 1.1, "a rounded cube of degree 8"),
+    ("tiny values", "1e-30*(x^2 + y^2 + z^2 - 0.7)", 1.1, "F itself is as good as 0 everywhere"),
+    ("huge values", "1e30*(x^2 + y^2 + z^2 - 0.7)", 1.1, "F itself is huge everywhere"),
+)
+
+_WITHOUT_VALUES = ("no value inside", "overflow")
+
+_REFUSED = (
+    ("an import", "__import__('os').system('true')"),
+    ("an attribute", "x.real + y"),
+    ("an unknown function", "eval(x) + y"),
+    ("a comparison", "x < y"),
+    ("a tower of powers", "9**9**9**9 + x"),
+    ("five thousand brackets", "(" * 5000 + "x" + ")" * 5000),
+    ("nothing", ""),
+    ("words", "a ball of glass"),
+    ("a number", "1.5"),
+)
+
+
+def cases() -> Iterator[Case]:
+    """Yield them."""
+    for title, formula, half, why in _FINE:
+        name = f"expression: {title}"
+        some = down_on(generator(name), _RAYS, 0.9, height=2.0)
+        yield Case(
+            name=name, family="expression", why=why, scene=scene(user(formula, half), numerics=_FEW),
+            origins=some[0], directions=some[1], lacks_values=title in _WITHOUT_VALUES,
+        )  # fmt: skip
+    name = "expression: 500 terms"
+    random = generator(name)
+    terms = [f"{0.001 * float(random.uniform(-1, 1))!r}*{'xyz'[i % 3]}^{2 + i % 7}*{'yzx'[i % 3]}" for i in range(500)]
+    some = down_on(random, 12, 0.9, height=2.0)
+    yield Case(
+        name=name, family="expression", why="a sum of 500 terms",
+        scene=scene(user("x^2 + y^2 + z^2 - 0.7 + " + " + ".join(terms), 1.2), numerics=_FEW),
+        origins=some[0], directions=some[1],
+    )  # fmt: skip
+    yield from _refused()
+
+
+def _refused() -> Iterator[Case]:
+    for title, formula in _REFUSED:
+        yield Case(
+            name=f"refused: {title}",
+            family="refused",
+            why="no expression of x, y and z, so it is refused and nothing of it is carried out",
+            scene=scene(user(formula, 1.1)),
+            refused="lens.surface",
+        )
+    for title, table, key in (
+        ("no bounds", lens("x^2 + y^2 - 0.5"), "lens.bounds"),
+        ("a solid that reaches out of its bounds", user("x^2 + y^2 - 0.5", 1.1), "lens.bounds"),
+        ("a negative radius", lens("sphere", r=-1.0), "lens.r"),
+        ("an index of 0", lens("sphere", 0.0), "lens.n"),
+        ("a stretch of 0", lens("sphere", stretch=[1.0, 0.0, 1.0]), "lens.stretch"),
+    ):
+        yield Case(
+            name=f"refused: {title}",
+            family="refused",
+            why="a lens that cannot be, so it is refused by its key",
+            scene=scene(table),
+            refused=key,
+        )
+    flat = {"corner": [0.0, 0.0, -3.0], "right": [1.0, 2.0, 0.0], "down": [2.0, 4.0, 0.0]}
+    yield Case(
+        name="refused: parallel spans",
+        family="refused",
+        why="spans along one line make no screen",
+        scene=scene(lens("sphere"), picture=flat),
+        refused="picture.down",
+    )

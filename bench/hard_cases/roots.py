@@ -1,0 +1,154 @@
+"""Roots: tangents, short chords, step grids, twin roots, and rays that start on, in or beside a surface."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from hard_cases.aims import TINY, Rays, both_signs, down_on, from_afar, generator, rays, tangents, unit
+from hard_cases.scenes import GYROID, SLAB, Table, lens, scene, user
+from lenscl.config import scene_from_toml
+from lenscl.hardcases import Case
+
+_ALL = (
+    *("sphere", "ellipsoid", "torus", "heart", "bifolia", "barth_sextic", "superellipsoid", "biconvex", "plano_convex"),
+    *("meniscus", "ball", "rod", "prism", "cone", "conic_singlet", "even_asphere_singlet"),
+)
+_SLOW = ("superellipsoid",)  # to prove, for its powers
+
+
+def cases() -> Iterator[Case]:
+    """Yield them."""
+    yield from _tangents()
+    yield from _chords()
+    yield from _grids()
+    yield from _twins()
+    yield from _starts()
+
+
+def _case(name: str, family: str, why: str, scene_text: str, some: Rays, **more: Any) -> Case:
+    return Case(name=name, family=family, why=why, scene=scene_text, origins=some[0], directions=some[1], **more)
+
+
+def _tangents() -> Iterator[Case]:
+    shapes: list[tuple[str, Table, int]] = [(name, lens(name), 1 if name in _SLOW else 8) for name in _ALL]
+    shapes.append(("gyroid", user(GYROID, 1.1), 4))
+    for name, table, points in shapes:
+        text = scene(table, numerics={"max_events": 8})
+        title = f"tangent: {name}"
+        offsets = both_signs(TINY)[both_signs(TINY) != 0]
+        yield _case(
+            title,
+            "tangent",
+            "rays pass points of the surface at 1e-2 to 1e-12, outside and inside: two roots meet",
+            text,
+            tangents(scene_from_toml(text).lenses[0], generator(title), points, offsets, 4.0),
+        )
+
+
+def _chords() -> Iterator[Case]:
+    lengths = 10.0 ** -np.arange(1.0, 8.0)  # a shorter one lies less than a rounding below the rim
+    for title, table, axes in (
+        ("a ball", lens("sphere"), (1.0, 1.0, 1.0)),
+        ("a flat ellipsoid", lens("ellipsoid", a=1.0, b=0.7, c=0.05), (1.0, 0.7, 0.05)),
+    ):
+        name = f"short chord: {title}"
+        random = generator(name)
+        # On the unit ball a chord of length c lies sqrt(1 - c^2 / 4) from the centre; stretched, it is as many parts
+        normal = unit(random.normal(size=(10, 3)))
+        along = unit(np.cross(normal, random.normal(size=(10, 3))))
+        depth = np.sqrt((1.0 - 0.5 * lengths) * (1.0 + 0.5 * lengths))
+        through = depth[:, None] * normal[:, None] * np.asarray(axes)
+        yield _case(
+            name,
+            "short chord",
+            "chords of 1e-1 to 1e-7: the two roots of an entry and an exit",
+            scene(table),
+            from_afar(through, np.broadcast_to((along * np.asarray(axes))[:, None], through.shape), 3.0),
+        )
+    for thickness in (1e-3, 1e-6, 1e-9, 1e-12):
+        name = f"short chord: a sheet {thickness:g} thick"
+        yield _case(
+            name,
+            "short chord",
+            "a sheet between two planes, thinner than any step of a march",
+            scene(user(SLAB, 2.1, stretch=[1.0, 1.0, 2.0 * thickness])),
+            down_on(generator(name), 80, 1.2, height=2.0),
+        )
+
+
+def _grids() -> Iterator[Case]:
+    for offset in (0.0, 0.005, 0.00314159):
+        heights = 1.0 + 0.01 * np.arange(24.0) + offset
+        yield _case(
+            f"step grid: {offset:g} beside",
+            "step grid",
+            "faces lie at whole steps of 0.01 from where the rays start, or between two of them",
+            scene(user(SLAB, 2.1)),
+            rays(np.column_stack([np.full(24, 0.3), np.full(24, 0.2), heights]), [0.0, 0.0, -1.0]),
+        )
+
+
+def _twins() -> Iterator[Case]:
+    for gap in (1e-3, 1e-6, 1e-9, 1e-12):
+        name = f"twin roots: {gap:g} apart"
+        sheet = f"abs(abs(z) - {0.2 + gap / 2!r}) - 0.2"
+        formula = f"max({sheet}, x^2 + y^2 - 1)"
+        yield _case(
+            name,
+            "twin roots",
+            "two slabs with a gap between them: the exit of one and the entry of the next nearly coincide",
+            scene(user(formula, 1.1)),
+            down_on(generator(name), 80, 0.6, height=2.0),
+        )
+    name = "first root before a far second"
+    formula = "min((x - 1)^2 + y^2 + z^2 - 1e-4, (x + 50)^2 + y^2 + z^2 - 100)"
+    random = generator(name)
+    through = np.array([1.0, 0.0, 0.0]) + 0.009 * unit(random.normal(size=(80, 3))) * random.random((80, 1))
+    yield _case(
+        name,
+        "twin roots",
+        "a small ball stands before one a thousand times as large: the near pair of roots must not be lost",
+        scene(user(formula, [61.0, 10.5, 10.5])),
+        rays([3.0, 0.0, 0.0], through - np.array([3.0, 0.0, 0.0])),
+    )
+
+
+def _starts() -> Iterator[Case]:
+    shapes = (
+        ("sphere", lens("sphere"), 1.0),
+        ("ellipsoid", lens("ellipsoid", a=1.0, b=0.5, c=0.25), 1.0),
+        ("torus", lens("torus", R=0.75, r=0.25), 1.0),
+        ("slab", user("max(abs(x) - 1, y^2 + z^2 - 4)", 2.1), 1.0),
+    )
+    for shape, table, at in shapes:
+        random = generator(f"start: {shape}")
+        ahead = unit(random.normal(size=(40, 3)))
+        beside = (("on it", at), ("an ulp outside", np.nextafter(at, 2.0)), ("an ulp inside", np.nextafter(at, 0.0)))
+        for place, x in beside:
+            yield _case(
+                f"start: {shape}, {place}",
+                "start",
+                "rays start on the surface or a rounding beside it, and go in, out or along",
+                scene(table, numerics={"max_events": 6}),
+                rays([x, 0.0, 0.0], ahead),
+                starts_exactly=True,
+                counts_from=(at, 0.0, 0.0),
+            )
+    inner = {
+        "sphere": (0.2, 0.1, 0.3),
+        "torus": (0.7, 0.05, 0.02),
+        "heart": (0.1, 0.1, 0.2),
+        "bifolia": (0.4, 0.3, 0.1),
+    }
+    for shape, inside in inner.items():
+        name = f"start: inside the {shape}"
+        yield _case(
+            name,
+            "start",
+            "the source lies inside a lens: the first event is an exit",
+            scene(lens(shape), numerics={"max_events": 8}),
+            rays(inside, unit(generator(name).normal(size=(100, 3)))),
+        )

@@ -1,0 +1,78 @@
+"""Make the pack of hard cases that `lenscl hardcases` runs: aim the rays, prove how they end, write it all down.
+
+What is in the pack already and has not changed is not proved again; the whole takes about 40 minutes on one core.
+
+    python bench/make_hard_cases.py [--all | NAME ...]
+
+With names, cases whose names contain one of them are proved again, and no others; `--all` proves everything again, as
+is needed where the moves or the oracle have changed. Answers are written down one by one in the place of older ones.
+Needs python-flint: pip install 'lenscl[accuracy]'.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+
+from hard_cases import expressions, laws, paths, refraction, roots, screens, shapes, sizes
+from hard_cases.prove import expected_of
+
+from lenscl.errors import LensclError
+from lenscl.hardcases import Case, Expected, Pack, load_pack, write_pack
+
+
+def every_case() -> Iterator[Case]:
+    """Yield all cases, family by family."""
+    for module in (refraction, roots, sizes, shapes, paths, screens, expressions, laws):
+        yield from module.cases()
+
+
+def main(arguments: list[str]) -> None:
+    """Write the pack."""
+    is_all, names = arguments == ["--all"], arguments
+    if not is_all and any(argument.startswith("-") for argument in arguments):
+        raise SystemExit(__doc__)
+    known = _kept()
+    cases = list(every_case())
+    twice = {case.name for case in cases if [each.name for each in cases].count(case.name) > 1}
+    if twice:
+        raise SystemExit(f"two cases are called {', '.join(sorted(twice))}")
+    wanted = [
+        case
+        for case in cases
+        if not case.refused
+        and (is_all or (any(name in case.name for name in names) if names else case.key not in known))
+    ]
+    start = time.perf_counter()
+    with ProcessPoolExecutor() as pool:
+        proofs = {pool.submit(expected_of, case): case for case in wanted}
+        for proof in as_completed(proofs):
+            case, expected = proofs[proof], proof.result()
+            known[case.key] = expected
+            unsure = sum(int((~moved.is_stable).sum()) for moved in expected.moved.values())
+            count, seconds = len(expected.answers.status), time.perf_counter() - start
+            print(f"{seconds:7.1f} s  {case.name}: {count} rays, {unsure} times unstable", flush=True)
+            write_pack(_pack(cases, known))
+    pack = _pack(cases, known)
+    write_pack(pack)
+    rays = sum(len(each.answers.status) for each in pack.expected.values())
+    print(f"{len(pack.cases)} cases, {rays} rays, {len({case.family for case in pack.cases})} families")
+
+
+def _kept() -> dict[str, Expected]:
+    try:
+        pack = load_pack()
+    except LensclError:
+        return {}
+    return {case.key: pack.expected[case.name] for case in pack.cases if case.name in pack.expected}
+
+
+def _pack(cases: list[Case], known: dict[str, Expected]) -> Pack:
+    proved = [case for case in cases if case.refused or case.key in known]
+    return Pack(cases=tuple(proved), expected={case.name: known[case.key] for case in proved if not case.refused})
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,150 @@
+"""The pack of hard cases as it is stored: `cases.toml` says what they are, `rays.npz` holds rays and answers.
+
+Rays of all cases stand one after another; a case's number of rays says which are its own.
+"""
+
+from __future__ import annotations
+
+import tomllib
+import zlib
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lenscl.errors import LensclError
+from lenscl.hardcases.case import LEVELS, Answers, Case, Expected, Moved
+from lenscl.imaging.atomic import whole_file
+
+_FOLDER = Path(str(files("lenscl.hardcases"))) / "pack"
+_CASES, _RAYS = "cases.toml", "rays.npz"
+_WORDS = ("name", "family", "why", "scene", "equals", "refused")
+_FLAGS = ("is_exact", "lacks_values", "starts_exactly")
+_ANSWERS = ("status", "events", "st")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pack:
+    """All cases, and what is true of the rays of each; by name, but for those that are refused."""
+
+    cases: tuple[Case, ...]
+    expected: Mapping[str, Expected]
+
+    def having(self, texts: Collection[str]) -> Pack:
+        """Return the cases whose names contain any of some texts, and those that they are compared with.
+
+        Without a text it is all cases.
+        """
+        named = {case.name for case in self.cases if not texts or any(text in case.name for text in texts)}
+        named |= {case.equals for case in self.cases if case.name in named and case.equals}
+        return Pack(cases=tuple(case for case in self.cases if case.name in named), expected=self.expected)
+
+
+def load_pack() -> Pack:
+    """Read the pack that comes with the program.
+
+    Raises
+    ------
+    LensclError
+        If it is not there, or not whole.
+    """
+    try:
+        rows = tomllib.loads((_FOLDER / _CASES).read_text(encoding="utf-8"))["case"]
+        with (_FOLDER / _RAYS).open("rb") as stream, np.load(stream) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+    except (OSError, EOFError, ValueError, BadZipFile, zlib.error) as error:
+        raise LensclError(
+            f"{_FOLDER}: the pack of hard cases cannot be read ({error}); install lenscl again, "
+            "or make the pack by bench/make_hard_cases.py"
+        ) from error
+    given = _split(arrays, ("origins", "directions"), arrays["given"])
+    answers = _split(arrays, _ANSWERS, arrays["rays"])
+    moved = {level: _moved(level, arrays) for level in LEVELS}
+    cases, expected = [], {}
+    for number, row in enumerate(rows):
+        rays: Mapping[str, Any] = given[number] if arrays["given"][number] else {}
+        if "counts_from" in row:
+            row["counts_from"] = tuple(row["counts_from"])
+        case = Case(**row, **rays)
+        cases.append(case)
+        if not case.refused:
+            expected[case.name] = Expected(
+                answers=Answers(**answers[number]), moved={level: moved[level][number] for level in LEVELS}
+            )
+    return Pack(cases=tuple(cases), expected=expected)
+
+
+def write_pack(pack: Pack) -> None:
+    """Write the pack down in the place of the one that is there."""
+    import tomli_w
+
+    rows = [
+        {name: getattr(case, name) for name in _WORDS if getattr(case, name)}
+        | {name: True for name in _FLAGS if getattr(case, name)}
+        | ({} if case.counts_from is None else {"counts_from": list(case.counts_from)})
+        for case in pack.cases
+    ]
+    expected = [pack.expected.get(case.name) for case in pack.cases]
+    proved = [each for each in expected if each is not None]
+    given = [case for case in pack.cases if case.origins is not None]
+    arrays: dict[str, NDArray[Any]] = {
+        "given": np.array([0 if case.origins is None else len(case.origins) for case in pack.cases], np.int32),
+        "rays": np.array([0 if each is None else len(each.answers.status) for each in expected], np.int32),
+        "origins": np.concatenate([case.origins for case in given if case.origins is not None]),
+        "directions": np.concatenate([case.directions for case in given if case.directions is not None]),
+    }
+    arrays |= _joined("", [each.answers for each in proved])
+    for level in LEVELS:
+        moved = [each.moved[level] for each in proved]
+        arrays |= {
+            f"{level}.spread": np.concatenate([each.spread for each in moved]).astype(np.float32),
+            f"{level}.is_stable": np.concatenate([each.is_stable for each in moved]),
+            f"{level}.ray": np.concatenate([each.ray for each in moved]),
+            f"{level}.beside": np.array(
+                [0 if each is None else len(each.moved[level].ray) for each in expected], np.int32
+            ),
+        }
+        arrays |= _joined(f"{level}.beside.", [each.beside for each in moved])
+    stream = BytesIO()
+    np.savez_compressed(stream, **arrays)  # type: ignore[arg-type] # its second parameter is no array
+    _FOLDER.mkdir(exist_ok=True)
+    text = tomli_w.dumps({"case": rows}, multiline_strings=True).encode()
+    for name, content in ((_CASES, text), (_RAYS, stream.getvalue())):
+        with whole_file(_FOLDER / name, len(content)) as temporary:
+            temporary.write_bytes(content)
+
+
+def _joined(prefix: str, answers: Sequence[Answers]) -> dict[str, NDArray[Any]]:
+    return {f"{prefix}{name}": np.concatenate([getattr(each, name) for each in answers]) for name in _ANSWERS}
+
+
+def _moved(level: str, arrays: Mapping[str, NDArray[Any]]) -> list[Moved]:
+    own = _split(arrays, (f"{level}.spread", f"{level}.is_stable"), arrays["rays"])
+    beside = _split(arrays, [f"{level}.beside.{name}" for name in _ANSWERS], arrays[f"{level}.beside"])
+    rays = _split(arrays, (f"{level}.ray",), arrays[f"{level}.beside"])
+    return [
+        Moved(
+            spread=mine["spread"].astype(np.float64),
+            is_stable=mine["is_stable"],
+            beside=Answers(**others),
+            ray=which["ray"],
+        )
+        for mine, others, which in zip(own, beside, rays, strict=True)
+    ]
+
+
+def _split(
+    arrays: Mapping[str, NDArray[Any]], names: Sequence[str], counts: NDArray[np.int32]
+) -> list[dict[str, NDArray[Any]]]:
+    """Return what belongs to each case, by the last part of its name."""
+    ends = np.cumsum(counts)
+    return [
+        {name.rpartition(".")[2]: arrays[name][end - count : end] for name in names}
+        for end, count in zip(ends, counts, strict=True)
+    ]

@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+import json
+
+from click.testing import CliRunner
+
+from lenscl.cli import main
+from lenscl.cli.hardcases import _METHODS, _PRECISIONS
+from lenscl.methods import METHODS
+
+
+def run(*arguments: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(main, ["hardcases", *arguments])
+    return result.exit_code, result.stdout, result.stderr
+
+
+def test_the_table_has_a_row_a_family_and_what_they_come_to() -> None:
+    code, out, err = run("--case", "refused", "--case", "exact lens")
+    assert code == 0
+    assert err == ""
+    rows = [line.split("  ")[0] for line in out.splitlines()]
+    assert rows[:4] == ["family", "refused", "exact lens", "all"]
+    assert out.splitlines()[-1].endswith("method auto, precision double")
+
+
+def test_wrong_answers_are_named_and_the_exit_code_tells() -> None:
+    code, out, err = run("--method", "march", "--case", "short chord: a sheet 1e-09")
+    assert code == 3
+    assert "wrong: short chord: a sheet 1e-09 thick: ray " in err
+    assert out.splitlines()[-3].split()[-1] != "0"
+
+
+def test_json_lists_every_case_and_all_that_is_wrong() -> None:
+    code, out, _ = run("--method", "march", "--case", "short chord: a sheet 1e-09", "--json")
+    found = json.loads(out)
+    assert code == 3
+    assert found["method"] == "march"
+    assert len(found["cases"]) == 1
+    assert len(found["cases"][0]["wrong"]) == found["families"][0]["wrong"] > 20
+    assert found["cases"][0]["why"]
+
+
+def test_cases_that_a_method_does_not_serve_are_left_out_and_said_to_be() -> None:
+    code, out, err = run("--method", "polynomial", "--case", "null lens")
+    assert code == 0
+    assert "left out, as the method does not serve them; null lens: heart: numerics.method" in err
+    assert int(out.splitlines()[1].split()[2]) < 6
+
+
+def test_a_name_that_no_case_has_is_refused() -> None:
+    code, _, err = run("--case", "no such thing")
+    assert code == 2
+    assert "no case has no such thing in its name" in err
+
+
+def test_methods_and_precisions_are_those_there_are() -> None:
+    assert set(_METHODS) == {"auto", *METHODS}
+    assert set(_PRECISIONS) == {"single", "mixed", "double"}

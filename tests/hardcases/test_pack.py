@@ -1,0 +1,168 @@
+"""The pack itself: that it holds what it should, that it is proved, and that closed forms agree with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lenscl import RayStatus
+from lenscl.config import scene_from_toml
+from lenscl.errors import LensclError
+from lenscl.hardcases import LEVELS, Case, Level, Pack, load_pack, write_pack
+from lenscl.hardcases.pack import _FOLDER as PACK
+from lenscl.reference.oracle import Proof, prove_pixels, prove_rays
+
+FAMILIES = {
+    *("null lens", "air bubble", "critical angle", "normal incidence", "grazing incidence", "index"),
+    *("tangent", "short chord", "step grid", "twin roots", "start", "squash", "units", "offset"),
+    *("heart", "bifolia", "torus", "re-entry", "trapped", "lens after lens", "screens in a lens", "screens"),
+    *("expression", "refused", "Snell's law", "reversibility", "etendue", "Malus and Dupin", "Fermat"),
+    *("symmetry", "exact lens"),
+}
+
+
+@pytest.fixture(scope="module")
+def pack() -> Pack:
+    return load_pack()
+
+
+def test_it_holds_every_family_and_many_rays(pack: Pack) -> None:
+    assert {case.family for case in pack.cases} == FAMILIES
+    names = [case.name for case in pack.cases]
+    assert len(set(names)) == len(names) >= 150
+    assert sum(len(each.answers.status) for each in pack.expected.values()) >= 20_000
+    assert {case.equals for case in pack.cases} <= {"", *names}
+    assert all(case.why for case in pack.cases)
+
+
+def test_what_is_stored_fits_together(pack: Pack) -> None:
+    for case in pack.cases:
+        if case.refused:
+            assert case.name not in pack.expected
+            continue
+        expected = pack.expected[case.name]
+        count = len(expected.answers.status)
+        assert count == (_pixels(case) if case.origins is None else len(case.origins))
+        assert np.isfinite(expected.answers.st).all()
+        for level in LEVELS:
+            moved = expected.moved[level]
+            assert moved.spread.shape == moved.is_stable.shape == (count,)
+            assert (moved.spread >= 0).all()
+            assert set(moved.ray.tolist()) == set(np.flatnonzero(~moved.is_stable).tolist())
+        # What rounding to double may do, rounding to single may do all the more
+        assert (expected.moved["double"].is_stable | ~expected.moved["single"].is_stable).mean() > 0.99
+
+
+def test_most_rays_are_held_to_their_path_in_either_precision(pack: Pack) -> None:
+    held = {level: [each.moved[level].is_stable for each in pack.expected.values()] for level in LEVELS}
+    assert np.concatenate(held["double"]).mean() > 0.97
+    assert np.concatenate(held["single"]).mean() > 0.75
+    untold = {level: _untold(pack, level) for level in LEVELS}  # whose places nothing is known of
+    assert untold["double"] < 0.01
+    assert untold["single"] < 0.05
+
+
+def test_rays_picked_from_every_case_are_proved_again(pack: Pack) -> None:
+    checked = 0
+    for number, case in enumerate(pack.cases):
+        if case.refused or case.counts_from is not None:
+            continue
+        exact = pack.expected[case.name].answers
+        ray = number * 7919 % len(exact.status)
+        proof = _proved(case, ray)
+        assert exact.status[ray] == (RayStatus.UNDECIDED if proof.status is None else proof.status), case.name
+        if proof.status is not None:
+            assert exact.events[ray] == proof.events, case.name
+        if proof.status is not None and proof.st is not None:
+            s, t = exact.st[ray].tolist()
+            assert proof.distance(s, t) <= 2.0**-53 * max(1.0, abs(s), abs(t)), case.name
+            checked += 1
+    assert checked > 150
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("exact lens: an ellipsoid's focus", "exact lens: an aplanatic ball", "exact lens: a Cartesian oval"),
+        *(f"reversed: {surface}" for surface in ("sphere", "torus", "heart", "bifolia", "biconvex")),
+    ],
+)
+def test_closed_forms_bring_every_ray_to_the_middle_of_the_picture(pack: Pack, name: str) -> None:
+    expected = pack.expected[name]
+    lands = expected.answers.status == RayStatus.PICTURE
+    assert lands.sum() > 40
+    assert lands.mean() > (0.9 if name.startswith("exact") else 0.3)  # of what is sent back some goes elsewhere first
+    off = np.abs(expected.answers.st[lands] - 0.5).max(axis=1)
+    assert (off <= expected.moved["double"].spread[lands]).all()
+
+
+def test_null_lenses_and_shells_leave_every_ray_straight(pack: Pack) -> None:
+    straight = 0
+    for case in pack.cases:
+        if case.family == "null lens" or case.name == "exact lens: a hollow shell":
+            assert case.origins is not None
+            assert case.directions is not None
+            exact = pack.expected[case.name].answers
+            down = case.origins[:, 2] + 3.0
+            at = case.origins[:, :2] - (down / case.directions[:, 2])[:, None] * case.directions[:, :2]
+            np.testing.assert_allclose(exact.st, (at * [1, -1] + 4.0) / 8.0, rtol=0, atol=1e-14)
+            straight += int((exact.events > 0).sum())
+    assert straight > 300
+
+
+def test_the_script_still_makes_these_cases(pack: Pack, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "bench"))
+    from make_hard_cases import every_case
+
+    made = {case.name: case for case in every_case()}
+    assert list(made) == [case.name for case in pack.cases]
+    for case in pack.cases:
+        again = made[case.name]
+        assert (again.family, again.why, again.scene) == (case.family, case.why, case.scene)
+        for name in ("is_exact", "lacks_values", "starts_exactly", "counts_from", "equals", "refused"):
+            assert getattr(again, name) == getattr(case, name), case.name
+        if case.origins is not None and case.directions is not None:
+            size = np.abs(case.origins).max()
+            np.testing.assert_allclose(again.origins, case.origins, rtol=0, atol=1e-12 * size)
+            np.testing.assert_allclose(again.directions, case.directions, rtol=0, atol=1e-9)
+
+
+def _untold(pack: Pack, level: Level) -> float:
+    """Return the share of rays with a place of which no move ends alike."""
+    untold = rays = 0
+    for each in pack.expected.values():
+        moved, lands = each.moved[level], (each.answers.st != -1.0).any(axis=1)
+        untold += int((lands & ~moved.is_stable & (moved.spread == 0.0)).sum())
+        rays += len(lands)
+    return untold / rays
+
+
+def _pixels(case: Case) -> int:
+    film = scene_from_toml(case.scene).film
+    return film.rows * film.columns
+
+
+def _proved(case: Case, ray: int) -> Proof:
+    scene = scene_from_toml(case.scene)
+    if case.origins is None or case.directions is None:
+        return prove_pixels(scene, [ray])[0]
+    return prove_rays(scene, [case.origins[ray].tolist()], [case.directions[ray].tolist()])[0]
+
+
+def test_a_pack_that_is_not_whole_says_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    folder = tmp_path / "pack"
+    monkeypatch.setattr("lenscl.hardcases.pack._FOLDER", folder)
+    with pytest.raises(LensclError, match="install lenscl again"):
+        load_pack()
+    monkeypatch.undo()
+    pack = load_pack()
+    monkeypatch.setattr("lenscl.hardcases.pack._FOLDER", folder)
+    write_pack(pack)
+    again = load_pack()
+    assert [case.name for case in again.cases] == [case.name for case in pack.cases]
+    assert (folder / "rays.npz").read_bytes() == (PACK / "rays.npz").read_bytes()
+    (folder / "rays.npz").write_bytes((folder / "rays.npz").read_bytes()[:-1000])
+    with pytest.raises(LensclError, match="install lenscl again"):
+        load_pack()
