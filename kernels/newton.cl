@@ -23,7 +23,7 @@ static inline void SURFACE(polish)(search_t search, SURFACE(t) shape, realv tole
   realv low = root->low, high = root->high;
   const realv finest = max_v(tolerance, (realv)REAL_EPSILON * high);
   const realv small = (realv)NEWTON_NEAR * high;
-  realv last = high - low;  // move of t
+  realv last = (realv)0;  // move of t by Newton's method, 0 where the one before was none
   realv t = root->t;
   const realv fine = (realv)4 * finest;  // a bracket: F says no more in it
   maskv moves = root->found & (high - low > fine);
@@ -52,13 +52,13 @@ static inline void SURFACE(polish)(search_t search, SURFACE(t) shape, realv tole
     const realv move = abs_v(newton - t);
 
     // Be done where move or bracket is fine, where the next move, as moves shrink (move / last)^2 move, will be far
-    // finer, and where only rounding moves t any more
-    const maskv settles = within & (((realv)64 * move * move * move <= finest * last * last) |  //
-                                    ((move >= last) & (move <= small)));
+    // finer, and where only rounding moves t any more. A first move tells neither
+    const maskv settles = within & (last > (realv)0) &  //
+                          (((realv)64 * move * move * move <= finest * last * last) | ((move >= last) & (move <= small)));
     const maskv ends = (move <= finest) | (high - low <= fine) | (value == (realv)0) | settles;
     const realv next = within ? newton : ends ? t : middle;
     t = moves ? next : t;
-    last = within ? move : high - low;
+    last = within ? move : (realv)0;
     moves = moves & not_lane(ends);
   }
   root->t = t;

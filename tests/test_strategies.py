@@ -47,7 +47,7 @@ def test_unit_vectors_are_unit_and_on_axes_beside_them_and_elsewhere() -> None:
 def test_every_lens_that_is_drawn_is_one(name: str) -> None:
     distinct = set()
 
-    @settings(max_examples=20)
+    @settings(max_examples=60)
     @given(shapes([name]), stands())
     def holds(shape: Shape, stand: Stand) -> None:
         table = shape.table
