@@ -1,10 +1,12 @@
 """The pack of hard cases as it is stored: `cases.toml` says what they are, `rays.npz` holds rays and answers.
 
-Rays of all cases stand one after another; a case's number of rays says which are its own.
+Rays of all cases stand one after another; a case's number of rays says which are its own. The rays carry the digest of
+the cases that they belong to: two files that were not written together are no pack.
 """
 
 from __future__ import annotations
 
+import hashlib
 import tomllib
 import zlib
 from collections.abc import Collection, Mapping, Sequence
@@ -55,10 +57,13 @@ def load_pack() -> Pack:
         If it is not there, or not whole.
     """
     try:
-        rows = tomllib.loads((_FOLDER / _CASES).read_text(encoding="utf-8"))["case"]
+        text = (_FOLDER / _CASES).read_bytes()
         with (_FOLDER / _RAYS).open("rb") as stream, np.load(stream) as stored:
             arrays = {name: stored[name] for name in stored.files}
-    except (OSError, EOFError, ValueError, BadZipFile, zlib.error) as error:
+        if not np.array_equal(arrays["cases"], _digest(text)):
+            raise ValueError(f"{_RAYS} belongs to other cases than those in {_CASES}")
+        rows = tomllib.loads(text.decode())["case"]
+    except (OSError, EOFError, KeyError, ValueError, BadZipFile, zlib.error) as error:
         raise LensclError(
             f"{_FOLDER}: the pack of hard cases cannot be read ({error}); install lenscl again, "
             "or make the pack by bench/make_hard_cases.py"
@@ -93,7 +98,9 @@ def write_pack(pack: Pack) -> None:
     expected = [pack.expected.get(case.name) for case in pack.cases]
     proved = [each for each in expected if each is not None]
     given = [case for case in pack.cases if case.origins is not None]
+    text = tomli_w.dumps({"case": rows}, multiline_strings=True).encode()
     arrays: dict[str, NDArray[Any]] = {
+        "cases": _digest(text),
         "given": np.array([0 if case.origins is None else len(case.origins) for case in pack.cases], np.int32),
         "rays": np.array([0 if each is None else len(each.answers.status) for each in expected], np.int32),
         "origins": np.concatenate([case.origins for case in given if case.origins is not None]),
@@ -114,10 +121,13 @@ def write_pack(pack: Pack) -> None:
     stream = BytesIO()
     np.savez_compressed(stream, **arrays)  # type: ignore[arg-type] # its second parameter is no array
     _FOLDER.mkdir(exist_ok=True)
-    text = tomli_w.dumps({"case": rows}, multiline_strings=True).encode()
     for name, content in ((_CASES, text), (_RAYS, stream.getvalue())):
         with whole_file(_FOLDER / name, len(content)) as temporary:
             temporary.write_bytes(content)
+
+
+def _digest(text: bytes) -> NDArray[np.uint8]:
+    return np.frombuffer(hashlib.sha256(text).digest(), np.uint8)
 
 
 def _joined(prefix: str, answers: Sequence[Answers]) -> dict[str, NDArray[Any]]:

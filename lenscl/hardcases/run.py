@@ -9,7 +9,7 @@ import numpy as np
 
 from lenscl.config import Scene, scene_from_toml
 from lenscl.device import Device
-from lenscl.errors import StudyError
+from lenscl.errors import BuildError, StudyError, TraceError
 from lenscl.hardcases.case import Answers, Case, Level
 from lenscl.hardcases.judge import Verdict, Wrong, judge
 from lenscl.hardcases.pack import Pack
@@ -45,6 +45,9 @@ def run_pack(pack: Pack, *, method: str, precision: str, device: Device) -> Iter
             answers = traced(case, scene, device)
         except StudyError as error:
             yield Verdict(case=case, refusal=error.problems[0])
+            continue
+        except (BuildError, TraceError) as error:
+            yield Verdict(case=case, wrong=(Wrong(ray=None, what=f"is not traced: {error}"),))
             continue
         if case.name in compared:
             kept[case.name] = answers

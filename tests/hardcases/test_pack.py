@@ -163,6 +163,11 @@ def test_a_pack_that_is_not_whole_says_what_to_do(monkeypatch: pytest.MonkeyPatc
     again = load_pack()
     assert [case.name for case in again.cases] == [case.name for case in pack.cases]
     assert (folder / "rays.npz").read_bytes() == (PACK / "rays.npz").read_bytes()
+    cases = (folder / "cases.toml").read_bytes()
+    (folder / "cases.toml").write_bytes(cases.replace(b"n = 1.5", b"n = 1.6", 1))
+    with pytest.raises(LensclError, match="belongs to other cases"):
+        load_pack()
+    (folder / "cases.toml").write_bytes(cases)
     (folder / "rays.npz").write_bytes((folder / "rays.npz").read_bytes()[:-1000])
     with pytest.raises(LensclError, match="install lenscl again"):
         load_pack()

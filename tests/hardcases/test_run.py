@@ -5,7 +5,9 @@ from __future__ import annotations
 import pytest
 
 from lenscl import device
-from lenscl.hardcases import Pack, Verdict, by_family, load_pack, run_pack
+from lenscl.config import Scene
+from lenscl.errors import BuildError
+from lenscl.hardcases import Answers, Case, Pack, Verdict, by_family, load_pack, run, run_pack
 
 # Rays that may be left undecided: chords 1e-16 below a rim, rays that touch a point; F without a value, or a square
 UNDECIDED = {"short chord": 5, "bifolia": 4, "expression": 160}
@@ -69,3 +71,21 @@ def test_a_case_that_has_to_equal_another_is_run_beside_it(pack: Pack) -> None:
     chosen = pack.having(["units: torus, 2^20"])
     assert [case.name for case in chosen.cases] == ["units: torus", "units: torus, 2^20"]
     assert complaints(verdicts(chosen, "auto", "double")) == []
+
+
+def test_a_case_that_is_not_traced_is_wrong_and_ends_no_run(pack: Pack, monkeypatch: pytest.MonkeyPatch) -> None:
+    chosen = pack.having(["tangent: torus", "tangent: sphere"])
+    first, *others = [case.name for case in chosen.cases]
+    trace = run.traced
+
+    def breaks_once(case: Case, scene: Scene, on: device.Device) -> Answers:
+        if case.name == first:
+            raise BuildError("the driver refuses it")
+        return trace(case, scene, on)
+
+    monkeypatch.setattr(run, "traced", breaks_once)
+    found = verdicts(chosen, "auto", "double")
+    assert [each.case.name for each in found] == [first, *others]
+    assert complaints(found) == [f"{first}: is not traced: the driver refuses it"]
+    assert others
+    assert all(each.rays for each in found[1:])
