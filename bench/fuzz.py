@@ -263,11 +263,17 @@ def _chunks(seed: int, inputs: int, folder: Path) -> Iterator[tuple[int, range, 
         yield seed, range(first, min(first + _CHUNK, inputs)), folder
 
 
+def _count(text: str) -> int:
+    if (count := int(text)) < 1:
+        raise argparse.ArgumentTypeError(f"must be at least 1, is {count}")
+    return count
+
+
 def main() -> int:
     reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    reader.add_argument("inputs", nargs="?", type=int, default=100_000)
+    reader.add_argument("inputs", nargs="?", type=_count, default=100_000)
     reader.add_argument("seed", nargs="?", type=int, default=1)
-    reader.add_argument("--workers", type=int, default=1)
+    reader.add_argument("--workers", type=_count, default=1)
     asked = reader.parse_args()
     total, peaks, start, told = Tally(), {}, time.perf_counter(), 0.0
     with tempfile.TemporaryDirectory() as folder, multiprocessing.Pool(asked.workers, _begin) as pool:
