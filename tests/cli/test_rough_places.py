@@ -94,6 +94,7 @@ def test_an_interrupted_new_leaves_nothing(command, tmp_path: Path, is_there: bo
         folder.mkdir()
     faults = (
         "import os, signal, lenscl.imaging\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # though the parent may ignore it
         "draw = lenscl.imaging.draw\n"
         "def drawn(name, size):\n"
         "    if name == list(lenscl.imaging.SAMPLES)[1]: os.kill(os.getpid(), signal.SIGINT)\n"
