@@ -29,7 +29,7 @@ _WIDTH, _LABEL = 100, 11  # columns
 @study_argument
 @click.option(
     "--pixel", metavar="ROW,COL",
-    help="The film pixel whose ray is followed, row and column from 0. Required for now.",
+    help="The film pixel whose ray is followed, row and column from 0.",
 )  # fmt: skip
 @set_option
 @json_option
@@ -176,7 +176,7 @@ def _end(path: RayPath) -> Iterator[tuple[str, str]]:
             yield "picture", f"pixel ({path.pixel[0]}, {path.pixel[1]}) of {rows} rows and {columns} columns"
         yield "error", _error(path)
         if path.growth is not None:
-            change = f"a relative change e of the start, {path.reach:.4g} e across and e radians,"
+            change = f"a start moved by {path.reach:.4g} a across and turned by b radians, a^2 + b^2 = e^2,"
             yield "growth", f"{path.growth:.3g}: {change} moves (s, t) by up to {path.growth:.3g} e"
     yield "proved", _proved(path)
 

@@ -103,9 +103,9 @@ class Proved:
 class RayPath:
     """The path of a film pixel's ray. Lengths are in scene units; None stands for what is not known, or is not there.
 
-    Growth is a condition number: a relative change e of the ray's four numbers, its start moved across by e times
-    `reach` and its direction turned by e radians, moves a point by up to growth times e times `reach`, and (s, t) by up
-    to growth times e. It is a derivative: the largest singular value over all such changes.
+    Growth is a condition number: a change e of the ray's four numbers, its start moved across by a times `reach` and
+    its direction turned by b radians, e^2 = a^2 + b^2, moves a point by up to growth times e times `reach`, and (s, t)
+    by up to growth times e. It is a derivative: the largest singular value over all such changes.
 
     Attributes
     ----------
