@@ -162,7 +162,12 @@ def test_a_pack_that_is_not_whole_says_what_to_do(monkeypatch: pytest.MonkeyPatc
     write_pack(pack)
     again = load_pack()
     assert [case.name for case in again.cases] == [case.name for case in pack.cases]
-    assert (folder / "rays.npz").read_bytes() == (PACK / "rays.npz").read_bytes()
+    assert (folder / "cases.toml").read_bytes() == (PACK / "cases.toml").read_bytes()
+    with np.load(folder / "rays.npz") as written, np.load(PACK / "rays.npz") as shipped:
+        assert written.files == shipped.files  # the archive's own bytes hang on the version of Python
+        for name in written.files:
+            assert written[name].dtype == shipped[name].dtype
+            np.testing.assert_array_equal(written[name], shipped[name])
     cases = (folder / "cases.toml").read_bytes()
     (folder / "cases.toml").write_bytes(cases.replace(b"n = 1.5", b"n = 1.6", 1))
     with pytest.raises(LensclError, match="belongs to other cases"):
