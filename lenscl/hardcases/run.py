@@ -53,7 +53,7 @@ def run_pack(pack: Pack, *, method: str, precision: str, device: Device) -> Iter
             kept[case.name] = answers
         finest: Level = "double" if device.has_double else "single"
         verdict = judge(case, pack.expected[case.name], answers, _LEVEL[precision], finest)
-        yield _with_differences(verdict, answers, kept[case.equals]) if case.equals else verdict
+        yield _with_differences(verdict, answers, kept[case.equals]) if case.equals in kept else verdict
 
 
 def traced(case: Case, scene: Scene, device: Device) -> Answers:
