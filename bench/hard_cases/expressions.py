@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hard_cases.aims import down_on, generator
+import numpy as np
+from numpy.typing import NDArray
+
+from hard_cases.aims import Rays, down_on, generator
 from hard_cases.scenes import lens, scene, user
+from lenscl.expr import evaluate, parse
 from lenscl.hardcases import Case
 
 _FEW = {"max_events": 8}
 _RAYS = 80
+_LONGEST, _LOOKS = 10.0, 4001  # of a ray's parameter: beyond the bounds, and how often F is looked at before
 
 _FINE = (
     ("constant sign", "x^2 + y^2 + z^2 + 1", 1.1, "F is positive everywhere: there is no solid, and no event"),
@@ -33,8 +38,6 @@ _FINE = (
     ("huge values", "1e30*(x^2 + y^2 + z^2 - 0.7)", 1.1, "F itself is huge everywhere"),
 )
 
-_WITHOUT_VALUES = ("no value inside", "overflow")
-
 _REFUSED = (
     ("an import", "__import__('os').system('true')"),
     ("an attribute", "x.real + y"),
@@ -55,7 +58,7 @@ def cases() -> Iterator[Case]:
         some = down_on(generator(name), _RAYS, 0.9, height=2.0)
         yield Case(
             name=name, family="expression", why=why, scene=scene(user(formula, half), numerics=_FEW),
-            origins=some[0], directions=some[1], lacks_values=title in _WITHOUT_VALUES,
+            origins=some[0], directions=some[1], lacks_values=_too_large(formula, half, some),
         )  # fmt: skip
     name = "expression: 500 terms"
     random = generator(name)
@@ -67,6 +70,17 @@ def cases() -> Iterator[Case]:
         origins=some[0], directions=some[1],
     )  # fmt: skip
     yield from _refused()
+
+
+def _too_large(formula: str, half: float, some: Rays) -> NDArray[np.bool_] | None:
+    """Return the rays on which F is beyond the doubles somewhere within a cube about the origin; None where none is."""
+    t = np.linspace(0.0, _LONGEST, _LOOKS)[:, None]
+    x, y, z = (some[0][:, axis] + t * some[1][:, axis] for axis in range(3))
+    with np.errstate(all="ignore"):
+        value = evaluate(parse(formula, "xyz"), {"x": x, "y": y, "z": z})
+    within = np.maximum(np.maximum(abs(x), abs(y)), abs(z)) <= half
+    found: NDArray[np.bool_] = (np.isinf(value) & within).any(axis=0)
+    return found if found.any() else None
 
 
 def _refused() -> Iterator[Case]:

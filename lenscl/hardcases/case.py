@@ -31,8 +31,8 @@ class Case:
         The rays, taken as exact; None for those of the scene's film.
     is_exact : bool
         Rounding is no excuse: every number on the way is exact, or the answer is the same beside the ray.
-    lacks_values : bool
-        F has no value along some rays, or none that a double holds: they may be undecided.
+    lacks_values : bool array, shape (N,), or None
+        Rays on whose way within the bounds F is larger than any double: they may be undecided. None where it is none.
     starts_exactly : bool
         The rays start on a surface, or an ulp beside it: where they start, and the lens, are not moved to see what
         rounding may do.
@@ -51,7 +51,7 @@ class Case:
     origins: Array | None = field(default=None, repr=False)
     directions: Array | None = field(default=None, repr=False)
     is_exact: bool = False
-    lacks_values: bool = False
+    lacks_values: NDArray[np.bool_] | None = field(default=None, repr=False)
     starts_exactly: bool = False
     counts_from: tuple[float, float, float] | None = None
     equals: str = ""

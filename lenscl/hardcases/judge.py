@@ -90,7 +90,9 @@ def judge(case: Case, expected: Expected, answers: Answers, level: Level, finest
     nowhere = is_same & ~moved.is_stable & (moved.spread == 0.0) & (exact.st != -1.0).any(axis=1)
     untold: set[int] = set(np.flatnonzero(nowhere).tolist())
     wrong = [*_impossible(answers), *_off(share, is_same)]
-    needless = is_undecided & (expected.moved[finest].is_stable | case.is_exact) & (not case.lacks_values)
+    needless = is_undecided & (expected.moved[finest].is_stable | case.is_exact)
+    if case.lacks_values is not None:
+        needless &= ~case.lacks_values
     wrong += [Wrong(ray=int(ray), what="is undecided without need") for ray in np.flatnonzero(needless)]
     others = set(np.flatnonzero(~is_same & ~is_undecided).tolist())
     for ray in sorted(others):

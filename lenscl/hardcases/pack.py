@@ -21,13 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.errors import LensclError
-from lenscl.hardcases.case import LEVELS, Answers, Case, Expected, Moved
+from lenscl.hardcases.case import LEVELS, ULPS, Answers, Case, Expected, Moved
 from lenscl.imaging.atomic import whole_file
 
 _FOLDER = Path(str(files("lenscl.hardcases"))) / "pack"
 _CASES, _RAYS = "cases.toml", "rays.npz"
 _WORDS = ("name", "family", "why", "scene", "equals", "refused")
-_FLAGS = ("is_exact", "lacks_values", "starts_exactly")
+_FLAGS = ("is_exact", "starts_exactly")
+_GIVEN = ("origins", "directions", "lacks_values")
 _ANSWERS = ("status", "events", "st")
 
 
@@ -62,13 +63,15 @@ def load_pack() -> Pack:
             arrays = {name: stored[name] for name in stored.files}
         if not np.array_equal(arrays["cases"], _digest(text)):
             raise ValueError(f"{_RAYS} belongs to other cases than those in {_CASES}")
+        if arrays["ulps"] != ULPS:
+            raise ValueError(f"{_RAYS} was made by moves of {arrays['ulps']} roundings, not of {ULPS}")
         rows = tomllib.loads(text.decode())["case"]
     except (OSError, EOFError, KeyError, ValueError, BadZipFile, zlib.error) as error:
         raise LensclError(
             f"{_FOLDER}: the pack of hard cases cannot be read ({error}); install lenscl again, "
             "or make the pack by bench/make_hard_cases.py"
         ) from error
-    given = _split(arrays, ("origins", "directions"), arrays["given"])
+    given = _split(arrays, _GIVEN, arrays["given"])
     answers = _split(arrays, _ANSWERS, arrays["rays"])
     moved = {level: _moved(level, arrays) for level in LEVELS}
     cases, expected = [], {}
@@ -101,10 +104,12 @@ def write_pack(pack: Pack) -> None:
     text = tomli_w.dumps({"case": rows}, multiline_strings=True).encode()
     arrays: dict[str, NDArray[Any]] = {
         "cases": _digest(text),
+        "ulps": np.array(ULPS),
         "given": np.array([0 if case.origins is None else len(case.origins) for case in pack.cases], np.int32),
         "rays": np.array([0 if each is None else len(each.answers.status) for each in expected], np.int32),
         "origins": np.concatenate([case.origins for case in given if case.origins is not None]),
         "directions": np.concatenate([case.directions for case in given if case.directions is not None]),
+        "lacks_values": np.concatenate([_lacking(case) for case in given]),
     }
     arrays |= _joined("", [each.answers for each in proved])
     for level in LEVELS:
@@ -128,6 +133,11 @@ def write_pack(pack: Pack) -> None:
 
 def _digest(text: bytes) -> NDArray[np.uint8]:
     return np.frombuffer(hashlib.sha256(text).digest(), np.uint8)
+
+
+def _lacking(case: Case) -> NDArray[np.bool_]:
+    count = 0 if case.origins is None else len(case.origins)
+    return np.zeros(count, np.bool_) if case.lacks_values is None else case.lacks_values
 
 
 def _joined(prefix: str, answers: Sequence[Answers]) -> dict[str, NDArray[Any]]:

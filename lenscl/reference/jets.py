@@ -3,7 +3,8 @@
 Input: an expression and a jet for each of its symbols. Output: its jet. A jet is a ball about the value and one about
 each slope; where a ball straddles a crease of `abs`, `min`, `max` or `where` the slopes of both sides are enclosed, so
 that the mean value theorem holds across it. The rules of differentiation are written here once more, forward, and share
-nothing with `expr.gradient`. What is undefined on a part of a ball encloses everything: it is not finite.
+nothing with `expr.gradient`. What is undefined on a part of a ball encloses everything: it is not finite. A ball about
+what is never negative may reach below 0 all the same: roots and powers are told so, and take of it what there is.
 """
 
 from __future__ import annotations
@@ -22,10 +23,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Jet:
-    """A value and its slopes, each a ball."""
+    """A value and its slopes, each a ball; and whether the function is known to be nowhere negative on it."""
 
     value: arb
     slopes: tuple[arb, ...]
+    never_negative: bool = False
+
+    @property
+    def is_nonnegative(self) -> bool:
+        """Whether no value of the function on its ball is negative."""
+        return self.never_negative or bool(self.value >= 0)
 
     def by(self, value: arb, slope: arb) -> Jet:
         """Return a function of this: its value, and its slope times these."""
@@ -71,7 +78,8 @@ def contains_zero(ball: arb) -> bool:
 
 
 def _sum(u: Jet, v: Jet) -> Jet:
-    return Jet(u.value + v.value, tuple(a + b for a, b in zip(u.slopes, v.slopes, strict=True)))
+    slopes = tuple(a + b for a, b in zip(u.slopes, v.slopes, strict=True))
+    return Jet(u.value + v.value, slopes, u.is_nonnegative and v.is_nonnegative)
 
 
 def _difference(u: Jet, v: Jet) -> Jet:
@@ -83,8 +91,8 @@ def _negative(u: Jet) -> Jet:
 
 
 def _product(u: Jet, v: Jet) -> Jet:
-    slopes = (a * v.value + u.value * b for a, b in zip(u.slopes, v.slopes, strict=True))
-    return Jet(u.value * v.value, tuple(slopes))
+    slopes = tuple(a * v.value + u.value * b for a, b in zip(u.slopes, v.slopes, strict=True))
+    return Jet(u.value * v.value, slopes, u is v or (u.is_nonnegative and v.is_nonnegative))
 
 
 def _quotient(u: Jet, v: Jet) -> Jet:
@@ -93,12 +101,30 @@ def _quotient(u: Jet, v: Jet) -> Jet:
 
 
 def _power(u: Jet, n: int) -> Jet:
-    return u.by(u.value**n, n * u.value ** (n - 1)) if n else u.by(u.value**0, 0 * u.value)
+    slope = n * _whole_power(u.value, n - 1) if n else 0 * u.value
+    raised = u.by(_whole_power(u.value, n), slope)
+    return Jet(raised.value, raised.slopes, n % 2 == 0)
+
+
+def _whole_power(x: arb, n: int) -> arb:
+    """Raise a ball; where its middle is 0 python-flint takes the logarithm, and finds none."""
+    if n <= 0 or not x.mid().is_zero() or not x.is_finite():
+        return x**n
+    most = x.upper() ** n
+    return most.union(-most if n % 2 else 0 * most)
 
 
 def _sqrt(u: Jet) -> Jet:
-    w = u.value.sqrt()
+    w = _rising(u, lambda x: x.sqrt())
     return u.by(w, 1 / (2 * w))
+
+
+def _rising(u: Jet, f: Callable[[arb], arb]) -> arb:
+    """Enclose a function that rises from 0 at 0 and has no value below, on what a ball has of where it has some."""
+    if u.is_nonnegative and not u.value > 0 and u.value.is_finite():
+        nothing = u.value * 0
+        return nothing.union(f(u.value.upper().max(nothing)))
+    return f(u.value)
 
 
 def _cbrt(u: Jet) -> Jet:
@@ -121,7 +147,8 @@ def _either(u: Jet, v: Jet, value: arb | None = None) -> Jet:
 def _abs(u: Jet) -> Jet:
     if u.value > 0 or u.value < 0:
         return u if u.value > 0 else _negative(u)
-    return _either(u, _negative(u), abs(u.value))
+    either = _either(u, _negative(u), abs(u.value))
+    return Jet(either.value, either.slopes, never_negative=True)
 
 
 def _least(u: Jet, v: Jet) -> Jet:
@@ -163,6 +190,9 @@ def _angle(y: Jet, x: Jet) -> Jet:
 
 
 def _pow(u: Jet, p: Jet) -> Jet:
+    if p.value > 0 and all(b.is_zero() for b in p.slopes):
+        slope = p.value * (_rising(u, lambda x: x ** (p.value - 1)) if p.value > 1 else u.value ** (p.value - 1))
+        return u.by(_rising(u, lambda x: x**p.value), slope)
     w = u.value**p.value
     slopes = (w * (b * u.value.log() + p.value * a / u.value) for a, b in zip(u.slopes, p.slopes, strict=True))
     return Jet(w, tuple(slopes))

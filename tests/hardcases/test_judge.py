@@ -144,11 +144,13 @@ def test_undecided_is_right_only_where_double_precision_cannot_decide() -> None:
         assert verdict.undecided == 0
 
 
-def test_undecided_is_right_where_f_has_no_value() -> None:
+def test_undecided_is_right_where_f_is_beyond_the_doubles_and_only_there() -> None:
     undecided: Row = (RayStatus.UNDECIDED, 1, -1.0)
-    verdict = judged(LANDS, undecided, BESIDE, case=replace(CASE, lacks_values=True))
-    assert complaints(verdict) == []
-    assert verdict.undecided == 1
+    for ray in range(3):
+        case = replace(CASE, lacks_values=np.arange(3) == ray)
+        verdict = judged(LANDS, undecided, BESIDE, case=case)
+        assert complaints(verdict) == ([] if ray == 1 else [(1, "is undecided without need")])
+        assert verdict.undecided == (ray == 1)
 
 
 def test_a_path_that_nothing_is_known_of_is_not_judged() -> None:

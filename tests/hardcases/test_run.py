@@ -19,6 +19,8 @@ BESIDE: dict[str, dict[str, float]] = {
         **{"twin roots": 0.03, "screens": 0.02, "tangent": 0.01, "short chord": 0.01},
     },
 }
+# What a first step of Newton's method that is trusted too soon leaves off, in mixed
+TRUSTS = ("bifolia: down the funnel", "reversed: bifolia")
 SMALL = ("critical angle: the flat", "tangent: torus", "units: sphere", "start: torus", "screens:", "refused: a")
 
 
@@ -63,7 +65,8 @@ def test_nothing_in_the_pack_is_wrong(pack: Pack, precision: str, families: tupl
 )  # fmt: skip
 def test_no_guaranteed_method_is_wrong(pack: Pack, method: str, precision: str, request: pytest.FixtureRequest) -> None:
     is_whole = request.config.getoption("--slow")
-    found = verdicts(pack if is_whole else pack.having(SMALL), method, precision)
+    few = (*SMALL, *TRUSTS) if precision == "mixed" else SMALL
+    found = verdicts(pack if is_whole else pack.having(few), method, precision)
     assert complaints(found) == []
     assert sum(each.rays for each in found) > (10_000 if is_whole else 1_000)
 
