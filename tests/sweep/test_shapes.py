@@ -235,6 +235,32 @@ def test_a_part_below_a_pixels_width_is_thin_and_one_above_is_not(lens: dict[str
             assert told == pytest.approx(factor * width, rel=0.12)
 
 
+BALL, PANE = "x^2 + y^2 + z^2 - 0.1", "max(abs(z) - {half}, x^2 + y^2 - 0.4)"
+
+
+@pytest.mark.parametrize(
+    ("text", "is_user_part_thin"),
+    [
+        (f"min({BALL}, {PANE})", True),
+        (PANE, True),  # alone, in bounds that are much larger
+        (f"max(min(x^2 + y^2 + z^2 - 0.3, abs(z) - {{half}}), {BALL} - 0.5)", True),
+        (f"min(max(abs(x), max(abs(y), abs(z))) - 0.3, {PANE})", True),
+        (f"min({BALL}, {PANE})".replace("- 0.4", "- 0.05"), False),  # within the ball
+        (f"max({BALL} - 0.3, {{half}} - abs(z))", False),  # what is thin is the gap
+    ],
+)
+def test_parts_of_an_expression_are_thin_where_a_pixel_is_wider(text: str, is_user_part_thin: bool) -> None:
+    for factor, is_thin in ((0.4, True), (0.7, True), (1.2, False)):
+        on_edge = expression(text.format(half=0.5 * factor * PIXEL)) | {"rotate": [90.0, 0.0, 0.0]}
+        scene = make_scene(on_edge)
+        assert ("thin" in kinds(scene)) is (is_thin and is_user_part_thin), factor
+        assert "thin" not in kinds(scene.replace({"lens.rotate": [0.0, 0.0, 0.0]}))  # seen from its face
+        if is_thin and is_user_part_thin:
+            (spot,) = [spot for spot in hard_spots(scene) if spot.kind == "thin"]
+            told = float(spot.message.partition("it is ")[2].partition(" film")[0])
+            assert factor <= told < 1.35 * factor  # the side that is nearer to the source looks wider
+
+
 def test_a_pane_seen_from_its_face_is_not_thin() -> None:
     assert kinds(make_scene({"surface": "sphere", "stretch": [0.5, 0.5, 1e-3]})) == set()
     edge = {"surface": "sphere", "stretch": [0.5, 0.5, 1e-3], "rotate": [90.0, 0.0, 0.0]}
