@@ -10,7 +10,7 @@ from lenscl.errors import BuildError
 from lenscl.hardcases import Answers, Case, Pack, Verdict, by_family, load_pack, run, run_pack
 
 # Rays that may be left undecided: chords 1e-16 below a rim, rays that touch a point; F without a value, or a square
-UNDECIDED = {"short chord": 5, "bifolia": 4, "expression": 160}
+UNDECIDED = {"short chord": 5, "bifolia": 4, "expression": 100}
 # Shares of rays whose path may be another than the exact one, or is not told
 BESIDE: dict[str, dict[str, float]] = {
     "double": {"expression": 0.1},
