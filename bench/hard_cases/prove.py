@@ -32,7 +32,7 @@ from lenscl.status import RayStatus
 # Whether a pair adds to the two offsets and the two turns of a ray, or takes away
 _SIGNS = ((1, 1, 1, 1), (1, -1, 1, -1), (1, 1, -1, -1), (1, -1, -1, 1))
 _MORE_PAIRS = 9  # for rays that the first show to be unstable or sensitive
-_EXACT_BITS = 1024  # at the most for rays as they are
+_EXACT_BITS = 2048  # at the most for rays as they are: 255 events take so many
 _BITS = 256  # at the most for moved rays: what takes more is not stable
 _SENSITIVE = 100.0  # condition number, in picture coordinates for a relative move of every number
 

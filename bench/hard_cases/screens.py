@@ -57,12 +57,10 @@ def _planes() -> Iterator[Case]:
     yield aimed_case(
         "screens: nearly beyond reach",
         "screens",
-        "coordinates of 1e26 to 1e34: beyond 1e30 a ray counts as one that never meets the plane",
+        "coordinates of 2^86 to 2^106, exactly: beyond 1e30 a ray counts as one that never meets the plane",
         scene(_FAR, picture=upright),
-        rays(
-            [0.5, 0.25, 4.0],
-            np.column_stack([-(10.0 ** -np.arange(24.0, 34.0)), np.zeros(10), -np.ones(10)]),
-        ),
+        rays([0.5, 0.25, 4.0], np.column_stack([-(2.0 ** -np.arange(90.0, 111.0)), np.zeros(21), -np.ones(21)])),
+        is_exact=True,
     )
 
 

@@ -39,9 +39,10 @@ def hardcases(method: str, precision: str | None, label: str | None, names: tupl
     answer is wrong where no such move explains it.
 
     The table has a row for each family: the worst error of a place, in roundings as the ray's own condition magnifies
-    them (16 are allowed). Of the rays whose path hangs on rounding, those that took one beside the exact one, those
-    whose answer is not told by the moves that were tried, and those left undecided. And wrong answers: with any, the
-    exit code is 3. The march is no guaranteed method: it loses short chords, and they count as wrong.
+    them (16 are allowed), and how many rays were not decided at first and traced again in a higher precision. Of the
+    rays whose path hangs on rounding, those that took one beside the exact one, those whose answer is not told by the
+    moves that were tried, and those left undecided. And wrong answers: with any, the exit code is 3. The march is no
+    guaranteed method: it loses short chords, and they count as wrong.
 
     It takes a minute or two, and longer where kernels have to be compiled; standard error says how far it is.
 
@@ -77,13 +78,13 @@ def hardcases(method: str, precision: str | None, label: str | None, names: tupl
 
 
 def _print(families: Sequence[FamilyResult]) -> None:
-    head = ("family", "cases", "rays", "worst error", "beside", "untold", "undecided", "wrong")
+    head = ("family", "cases", "rays", "worst error", "again", "beside", "untold", "undecided", "wrong")
     rows = [
         (each.family, *map(str, (each.cases, each.rays)), f"{each.worst:.2g}" if each.rays else "",
-         *map(str, (each.beside, each.untold, each.undecided, each.wrong)))
+         *map(str, (each.again, each.beside, each.untold, each.undecided, each.wrong)))
         for each in families
     ]  # fmt: skip
-    sums = [sum(int(row[k]) for row in rows) for k in (1, 2, 4, 5, 6, 7)]
+    sums = [sum(int(row[k]) for row in rows) for k in (1, 2, 4, 5, 6, 7, 8)]
     worst = max((each.worst for each in families), default=0.0)
     rows.append(("all", *map(str, sums[:2]), f"{worst:.2g}", *map(str, sums[2:])))
     print_table(head, rows, 1)
@@ -119,7 +120,7 @@ def _document(
         "cases": [
             {
                 "name": each.case.name, "family": each.case.family, "why": each.case.why, "rays": each.rays,
-                "worst": _finite(each.worst), "beside": each.beside, "untold": each.untold,
+                "worst": _finite(each.worst), "again": each.again, "beside": each.beside, "untold": each.untold,
                 "undecided": each.undecided, "left_out": each.refusal,
                 "wrong": [{"ray": wrong.ray, "what": wrong.what} for wrong in each.wrong],
             }

@@ -49,6 +49,8 @@ class Verdict:
         Rays whose path hangs on rounding, and whose answer the moves are too few to judge.
     undecided : int
         Rays that were left undecided, and that no double precision could decide.
+    again : int
+        Rays that were left undecided at first, and traced again in a higher precision.
     wrong : tuple of Wrong
     refusal : str
         Why the method does not serve the scene; empty where it does.
@@ -60,6 +62,7 @@ class Verdict:
     beside: int = 0
     untold: int = 0
     undecided: int = 0
+    again: int = 0
     wrong: tuple[Wrong, ...] = ()
     refusal: str = ""
 

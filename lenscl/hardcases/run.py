@@ -47,7 +47,7 @@ def run_pack(
             continue
         scene = scene_from_toml(case.scene).replace({"numerics.method": method, "numerics.precision": precision})
         try:
-            answers = traced(case, scene, device)
+            answers, again = traced(case, scene, device)
         except StudyError as error:
             yield Verdict(case=case, refusal=error.problems[0])
             continue
@@ -57,12 +57,12 @@ def run_pack(
         if case.name in compared:
             kept[case.name] = answers
         finest: Level = "double" if device.has_double else "single"
-        verdict = judge(case, pack.expected[case.name], answers, _LEVEL[precision], finest)
+        verdict = replace(judge(case, pack.expected[case.name], answers, _LEVEL[precision], finest), again=again)
         yield _with_differences(verdict, answers, kept[case.equals]) if case.equals in kept else verdict
 
 
-def traced(case: Case, scene: Scene, device: Device) -> Answers:
-    """Trace a case's rays through its scene; errors as `trace` and `trace_rays`."""
+def traced(case: Case, scene: Scene, device: Device) -> tuple[Answers, int]:
+    """Trace a case's rays through its scene, and say how many were traced again; errors as `trace` and `trace_rays`."""
     methods_of(scene)
     if case.origins is None or case.directions is None:
         return _answers(trace(scene, device=device))
@@ -70,9 +70,9 @@ def traced(case: Case, scene: Scene, device: Device) -> Answers:
     return _answers(paths)
 
 
-def _answers(ends: RayMap | RayPaths) -> Answers:
+def _answers(ends: RayMap | RayPaths) -> tuple[Answers, int]:
     st = ends.st.reshape(-1, 2).astype(np.float64)
-    return Answers(status=ends.status.ravel(), events=ends.events.ravel(), st=st)
+    return Answers(status=ends.status.ravel(), events=ends.events.ravel(), st=st), ends.escalated
 
 
 def _refusal(case: Case) -> Verdict:
@@ -110,6 +110,7 @@ class FamilyResult:
     beside: int
     untold: int
     undecided: int
+    again: int
     wrong: int
     refused: int
 
@@ -130,6 +131,7 @@ def _summed(family: str, verdicts: Sequence[Verdict]) -> FamilyResult:
         beside=sum(each.beside for each in served),
         untold=sum(each.untold for each in served),
         undecided=sum(each.undecided for each in served),
+        again=sum(each.again for each in served),
         wrong=sum(len(each.wrong) for each in served),
         refused=len(verdicts) - len(served),
     )

@@ -1,7 +1,7 @@
 """What is hard about a scene and can be told before tracing it.
 
-Boxes, planes and points are looked at, and F on boxes: a spot is a reason to look twice, not a fault. Lenses are judged
-by their bounding boxes, so two of them may be said to overlap whose solids keep apart.
+Boxes, planes and points are looked at, and F on boxes: a spot is a reason to look twice, not a fault. Where the boxes
+of two lenses overlap and no point of both solids is found, the solids may keep apart.
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.config import Point, Scene, Study
+from lenscl.config import Lens, Point, Scene, Study
 from lenscl.errors import StudyError
+from lenscl.expr import evaluate
 from lenscl.sweep.shapes import shape_spots
 from lenscl.sweep.solids import solid_spots
 from lenscl.sweep.values import value_spots
@@ -22,6 +23,7 @@ from lenscl.tracing import Placement, locate, methods_of
 
 Points = NDArray[np.float64]
 
+_GRID = 24  # places along each side of a box where two solids are looked for
 _COARSE_RAYS = 2**14  # film rays looked at first; all are, in pieces of this size, where the first decide nothing
 _NEVER_ZERO = 1e-300  # stands for a direction's zero: a quotient by it lies beyond every box, and is no NaN
 
@@ -81,7 +83,7 @@ def hard_spots(scene: Scene) -> Iterator[HardSpot]:
         for kind, message in (*solid_spots(lens), *value_spots(scene, number), *shape_spots(scene, number)):
             yield HardSpot(scene.lens_key(number), kind, message)
     yield from _source_in_a_lens(scene)
-    yield from _boxes_overlap(placed)
+    yield from _overlaps(scene, placed)
     yield from _boxes_cut_screens(scene, placed)
     yield from _picture_out_of_the_way(scene)
     yield from _lenses_out_of_the_way(scene, placed)
@@ -102,15 +104,48 @@ def _source_in_a_lens(scene: Scene) -> Iterator[HardSpot]:
         yield HardSpot("source", "source-on", f"lies on the surface of {lens}; each ray's direction decides its side")
 
 
-def _boxes_overlap(placed: list[tuple[str, Placement]]) -> Iterator[HardSpot]:
-    for (key, one), (other_key, other) in combinations(placed, 2):
-        axes = [*_normals(one), *_normals(other), *_crossed(one.to_world.T, other.to_world.T)]
-        if _overlap(one.corners(), other.corners(), np.array(axes)):
-            yield HardSpot(
-                key,
-                f"overlap-{other_key}",
-                f"its box overlaps that of {other_key}; solids must not touch, see that they do not",
+def _overlaps(scene: Scene, placed: list[tuple[str, Placement]]) -> Iterator[HardSpot]:
+    for (i, (key, one)), (j, (other_key, other)) in combinations(enumerate(placed), 2):
+        if not _boxes_overlap(one, other):
+            continue
+        common = _common_point((scene.lenses[i], one), (scene.lenses[j], other))
+        if common is None:
+            message = f"its box overlaps that of {other_key}; solids must not touch, see that they do not"
+        else:
+            x, y, z = common
+            message = (
+                f"overlaps {other_key}, as at ({x:.4g}, {y:.4g}, {z:.4g}); solids must not touch: move one away, "
+                "or make them one by min() of their expressions"
             )
+        yield HardSpot(key, f"overlap-{other_key}", message)
+
+
+def _boxes_overlap(one: Placement, other: Placement) -> bool:
+    axes = [*_normals(one), *_normals(other), *_crossed(one.to_world.T, other.to_world.T)]
+    return _overlap(one.corners(), other.corners(), np.array(axes))
+
+
+def _common_point(one: tuple[Lens, Placement], other: tuple[Lens, Placement]) -> tuple[float, float, float] | None:
+    """Return a point of the world in both solids, if one is found on a grid in the smaller box."""
+    smaller, larger = sorted((one, other), key=lambda each: each[1].diagonal())
+    low, high = smaller[1].box
+    sides = [low[axis] + (high[axis] - low[axis]) * (np.arange(_GRID) + 0.5) / _GRID for axis in range(3)]
+    local = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 3)
+    local = local[_is_inside(smaller[0], smaller[1], local)]
+    world = smaller[1].centre + local @ smaller[1].to_world.T
+    found = world[_is_inside(*larger, larger[1].local(world))]
+    if not len(found):
+        return None
+    x, y, z = found[len(found) // 2].tolist()
+    return x, y, z
+
+
+def _is_inside(lens: Lens, placement: Placement, local: Points) -> NDArray[np.bool_]:
+    values = {**lens.values, **dict(zip("xyz", local.T, strict=True))}
+    with np.errstate(all="ignore"):
+        within = np.asarray(evaluate(lens.surface.expression, values) < 0.0)
+    within = within & ((local >= placement.box[0]) & (local <= placement.box[1])).all(axis=1)
+    return np.broadcast_to(within, len(local))
 
 
 def _boxes_cut_screens(scene: Scene, placed: list[tuple[str, Placement]]) -> Iterator[HardSpot]:

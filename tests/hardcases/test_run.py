@@ -88,7 +88,7 @@ def test_a_case_that_is_not_traced_is_wrong_and_ends_no_run(pack: Pack, monkeypa
     first, *others = [case.name for case in chosen.cases]
     trace = run.traced
 
-    def breaks_once(case: Case, scene: Scene, on: device.Device) -> Answers:
+    def breaks_once(case: Case, scene: Scene, on: device.Device) -> tuple[Answers, int]:
         if case.name == first:
             raise BuildError("the driver refuses it")
         return trace(case, scene, on)
