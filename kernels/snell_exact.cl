@@ -15,7 +15,7 @@
 static inline real3v refract(real3v d, real3v g, realv eta, maskv *total) {
   // Square the cosine behind the surface; below zero there is no refracted ray. Rounding must not turn the normal
   const realv c = max_v(-dot3(d, g), (realv)0);
-  const real3v across = {g.y * d.z - g.z * d.y, g.z * d.x - g.x * d.z, g.x * d.y - g.y * d.x};
+  const real3v across = cross3(g, d);
   const realv excess = ((realv)1 - eta) * ((realv)1 + eta);
   const realv k = c * c + excess * dot3(across, across);
   *total = k < (realv)0;

@@ -13,7 +13,7 @@ from typing import Literal
 
 from lenscl.codegen.fragments import Precision, carried
 from lenscl.codegen.layout import EMPTY, Layout, Member, Slot, Struct
-from lenscl.effects import Variant
+from lenscl.effects import Output, Variant
 from lenscl.lenses import Surface
 from lenscl.methods import Method
 
@@ -80,8 +80,18 @@ class Structure:
 
     @property
     def ray_words(self) -> int:
-        """The members of kernels/ray.cl's ray_t, each one number a lane."""
-        return _RAY_WORDS
+        """The members of kernels/ray.cl's ray_t, each one number a lane, with those of the effects."""
+        return _RAY_WORDS + len(self.carries)
+
+    @property
+    def carries(self) -> tuple[str, ...]:
+        """The numbers that a ray carries for the effects: members of ray_t, each once."""
+        return tuple(dict.fromkeys(name for effect in self.effects for name in effect.carries))
+
+    @property
+    def adds(self) -> tuple[Output, ...]:
+        """What the effects add to a ray map."""
+        return tuple(output for effect in self.effects for output in effect.adds)
 
     def reads(self) -> tuple[str, ...]:
         """Return the keys of [numerics] that any method reads, each once."""

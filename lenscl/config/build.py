@@ -176,7 +176,8 @@ def _read_effects(document: Mapping[str, Any], report: Report) -> Effects:
         if key in EFFECTS:
             choices = EFFECTS[key].choices
             if not any(value is choice or (isinstance(choice, str) and value == choice) for choice in choices):
-                hint = nearest(value, choices) if isinstance(value, str) else ""
+                words = [choice for choice in choices if isinstance(choice, str)]
+                hint = nearest(value, words) if isinstance(value, str) and words else ""
                 listed = " or ".join(short(choice) for choice in choices)
                 hint = hint if "did you mean" in hint else ""
                 report(f"effects.{key}: must be {listed}, got {short(value)}{hint}")

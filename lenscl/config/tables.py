@@ -30,10 +30,8 @@ from lenscl.methods import METHODS
 
 # Effects of the study format that this version may lack, with the values that ask for nothing
 PLANNED_EFFECTS: dict[str, tuple[object, ...]] = {
-    "fresnel": (False,),
     "dispersion": (False,),
     "absorption": (False, "auto"),
-    "path_length": (False,),
     "footprint": (False,),
     "antialias": (1, False),
     "caustics": (False,),

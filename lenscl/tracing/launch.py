@@ -13,7 +13,7 @@ from lenscl.config import Scene
 from lenscl.device import Device
 from lenscl.errors import TraceError
 from lenscl.tracing.film import film_rays
-from lenscl.tracing.job import Job, chosen_device, shaped, structure_of, traced_rays, unit_vectors
+from lenscl.tracing.job import Job, chosen_device, named, shaped, structure_of, traced_rays, unit_vectors
 from lenscl.tracing.raymap import RayMap, RayPaths
 
 _FARTHEST = 1e30  # scene units: as for picture coordinates; single precision ends at 3e38
@@ -56,7 +56,7 @@ def trace(
         return arrays["origin"], arrays["direction"]
 
     job, arrays = traced("map")
-    return RayMap(**arrays, legs=legs, **job.record())
+    return RayMap(**named(arrays), legs=legs, **job.record())
 
 
 def trace_rays(

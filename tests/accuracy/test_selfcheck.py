@@ -220,7 +220,7 @@ FAULTS: dict[str, tuple[str, str, str, str]] = {
         "at3(search.origin, search.direction, root.t * (realv)NUMBER(1.001))"),
     "takes the normal's side for the ray's": (
         "snell", "trace.cl", "const realv turns = leaves ? (realv)-1 : (realv)1;", "const realv turns = (realv)1;"),
-    "lands askew": ("place", "screen.cl", "(lands & meets) ? s :", "(lands & meets) ? t :"),
+    "lands askew": ("place", "screen.cl", "arrives ? s :", "arrives ? t :"),
     "half reflected": ("length", "effects/follow_total_reflection.cl", "(realv)-2 *", "(realv)NUMBER(-1.999) *"),
 }  # fmt: skip
 
