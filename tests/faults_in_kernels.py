@@ -42,6 +42,8 @@ FAULTS = (
           "  root.found = root.found & (root.t < (realv)NUMBER(0.75));\n"
           "  root.t = max_v(root.t, (realv)0) * search->length;"),
     Fault("first root passed over", "ahead_chord.cl", "-(b + reach) * inverse;", "(reach - b) * inverse;"),
+    Fault("box left behind", "ahead_box.cl", "search->length = span.leave - *from;",
+          "search->length = (realv)4 * (span.leave - *from);"),
     Fault("known root met again", "polynomial_ray.cl", "side * (search->departs ? c[i + 1] : c[i]);", "side * c[i];"),
     Fault("re-entry lost", "trace.cl", "*travels & hit.found & not",
           "*travels & hit.found & (ray->events < (maskv)2) & not"),

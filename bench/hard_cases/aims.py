@@ -1,4 +1,7 @@
-"""Rays that are aimed, for the families of hard cases: lenses stand untouched at the origin unless said otherwise."""
+"""Rays that are aimed, and their cases, for the families of hard cases.
+
+Lenses stand untouched at the origin unless said otherwise.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +13,17 @@ from numpy.typing import NDArray
 
 from lenscl.config import Lens
 from lenscl.expr import evaluate, gradient
-from lenscl.hardcases import Array
+from lenscl.hardcases import Array, Case
 
 Rays = tuple[Array, Array]  # origins and directions, shape (N, 3)
 
 TINY = 10.0 ** -np.arange(2.0, 13.0)  # 1e-2 ... 1e-12
 _PROJECTIONS = 60  # Newton's steps to the surface; a thin tube is a double root until they are near
+
+
+def aimed_case(name: str, family: str, why: str, scene: str, some: Rays, **more: Any) -> Case:
+    """Return the case of a scene's text and some rays; `more` as `Case` has it."""
+    return Case(name=name, family=family, why=why, scene=scene, origins=some[0], directions=some[1], **more)
 
 
 def generator(name: str) -> np.random.Generator:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from hard_cases.aims import Rays, down_on, generator
+from hard_cases.aims import Rays, aimed_case, down_on, generator
 from hard_cases.scenes import lens, scene, user
 from lenscl.expr import evaluate, parse
 from lenscl.hardcases import Case
@@ -56,19 +56,14 @@ def cases() -> Iterator[Case]:
     for title, formula, half, why in _FINE:
         name = f"expression: {title}"
         some = down_on(generator(name), _RAYS, 0.9, height=2.0)
-        yield Case(
-            name=name, family="expression", why=why, scene=scene(user(formula, half), numerics=_FEW),
-            origins=some[0], directions=some[1], lacks_values=_too_large(formula, half, some),
-        )  # fmt: skip
+        text = scene(user(formula, half), numerics=_FEW)
+        yield aimed_case(name, "expression", why, text, some, lacks_values=_too_large(formula, half, some))
     name = "expression: 500 terms"
     random = generator(name)
     terms = [f"{0.001 * float(random.uniform(-1, 1))!r}*{'xyz'[i % 3]}^{2 + i % 7}*{'yzx'[i % 3]}" for i in range(500)]
     some = down_on(random, 12, 0.9, height=2.0)
-    yield Case(
-        name=name, family="expression", why="a sum of 500 terms",
-        scene=scene(user("x^2 + y^2 + z^2 - 0.7 + " + " + ".join(terms), 1.2), numerics=_FEW),
-        origins=some[0], directions=some[1],
-    )  # fmt: skip
+    text = scene(user("x^2 + y^2 + z^2 - 0.7 + " + " + ".join(terms), 1.2), numerics=_FEW)
+    yield aimed_case(name, "expression", "a sum of 500 terms", text, some)
     yield from _refused()
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
-from hard_cases.aims import Rays, down_on, generator, joined, rays, unit
+from hard_cases.aims import aimed_case, down_on, generator, joined, rays, unit
 from hard_cases.scenes import PLACED, SLAB, Table, lens, scene, user
 from lenscl.config import scene_from_toml
 from lenscl.hardcases import Array, Case
@@ -25,14 +24,10 @@ def cases() -> Iterator[Case]:
     yield from _exact_lenses()
 
 
-def _case(name: str, family: str, why: str, scene_text: str, some: Rays, **more: Any) -> Case:
-    return Case(name=name, family=family, why=why, scene=scene_text, origins=some[0], directions=some[1], **more)
-
-
 def _snell() -> Iterator[Case]:
     for n, medium in ((1.5, 1.0), (2.417, 1.333), (1.0, 1.5)):
         name = f"Snell's law: a turned slab of {n:g} in {medium:g}"
-        yield _case(
+        yield aimed_case(
             name,
             "Snell's law",
             "a slab turned anyhow moves a ray aside and keeps its direction, or reflects it",
@@ -51,7 +46,7 @@ def _reversed() -> Iterator[Case]:
         paths = trace_rays(forward, np.broadcast_to(source, through.shape), through - source)
         back = paths.origin + 2.0 * paths.direction  # beyond the lens they turn round
         kept = paths.events > 0
-        yield _case(
+        yield aimed_case(
             name,
             "reversibility",
             "light goes back the way it came: every ray must return to the point (0.5, -0.25) of its source's plane",
@@ -85,7 +80,7 @@ def _bundles() -> Iterator[Case]:
             beside = 1e-5 * random.normal(size=(count, 25, 3))
             aside = 1e-5 * random.normal(size=(count, 25, 3)) if family == "etendue" else 0.0 * beside
             parts = [(origins + o, ahead + d) for o, d in zip(aside, beside, strict=True)]
-            yield _case(
+            yield aimed_case(
                 name, family, why, scene(lens(surface, **PLACED), numerics=_FEW), joined((origins, ahead), *parts)
             )
 
@@ -96,17 +91,17 @@ def _symmetries() -> Iterator[Case]:
         table = lens(surface, centre=[0.25, -0.125, 0.5])
         plain = f"symmetry: {surface}"
         origins, ahead = down_on(generator(plain), 100, 0.8)
-        yield _case(plain, "symmetry", why, scene(table, numerics=_FEW), (origins, ahead))
+        yield aimed_case(plain, "symmetry", why, scene(table, numerics=_FEW), (origins, ahead))
         mirror = np.array([-1.0, 1.0, 1.0])
         picture = {"corner": [4.0, 4.0, -3.0], "right": [-8.0, 0.0, 0.0], "down": [0.0, -8.0, 0.0]}
-        yield _case(
+        yield aimed_case(
             f"{plain}, mirrored", "symmetry", why,
             scene(lens(surface, centre=[-0.25, -0.125, 0.5]), picture=picture, numerics=_FEW),
             (origins * mirror, ahead * mirror), equals=plain,
         )  # fmt: skip
         turned: Array = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
         picture = {"corner": [-4.0, -4.0, -3.0], "right": [0.0, 8.0, 0.0], "down": [8.0, 0.0, 0.0]}
-        yield _case(
+        yield aimed_case(
             f"{plain}, turned", "symmetry", why,
             scene(lens(surface, centre=[0.125, 0.25, 0.5]), picture=picture, numerics=_FEW),
             (origins @ turned.T, ahead @ turned.T),
@@ -130,7 +125,7 @@ def _exact_lenses() -> Iterator[Case]:
 
     name, focus = "exact lens: an ellipsoid's focus", -1.0 / n
     wide = 1.0 - 1.0 / n**2  # semi-axes 1 along z, the root of this across: an eccentricity of 1 / n
-    yield _case(
+    yield aimed_case(
         name,
         "exact lens",
         "an ellipsoid of eccentricity 1 / n brings parallel light to its far focus",
@@ -141,7 +136,7 @@ def _exact_lenses() -> Iterator[Case]:
     )
     name = "exact lens: an aplanatic ball"
     above = disc(name, 1.5)
-    yield _case(
+    yield aimed_case(
         name,
         "exact lens",
         "light towards a point n radii off the centre of a ball meets 1 / n radii off it",
@@ -153,7 +148,7 @@ def _exact_lenses() -> Iterator[Case]:
     far, c = 2.5, 3.2
     oval = f"{n!r}*sqrt(x^2 + y^2 + z^2) + sqrt(x^2 + y^2 + (z - {far!r})^2) - {c!r}"
     ahead = unit(np.column_stack([generator(name).uniform(-0.3, 0.3, (80, 2)), np.ones(80)]))
-    yield _case(
+    yield aimed_case(
         name,
         "exact lens",
         "a Cartesian oval images one point to another, exactly",
@@ -162,7 +157,7 @@ def _exact_lenses() -> Iterator[Case]:
     )
     name = "exact lens: a hollow shell"
     shell: Table = user("max(x^2 + y^2 + z^2 - 1, 0.81 - x^2 - y^2 - z^2)", 1.1, 1.333)
-    yield _case(
+    yield aimed_case(
         name,
         "exact lens",
         "a hollow shell of the medium's own index changes nothing",

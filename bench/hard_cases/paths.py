@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
-from hard_cases.aims import Rays, down_on, generator, rays
+from hard_cases.aims import aimed_case, down_on, generator, rays
 from hard_cases.scenes import GYROID, PLACED, Table, lens, scene, user
 from lenscl.hardcases import Case
 
@@ -20,10 +19,6 @@ def cases() -> Iterator[Case]:
     yield from _cut_screens()
 
 
-def _case(name: str, family: str, why: str, scene_text: str, some: Rays, **more: Any) -> Case:
-    return Case(name=name, family=family, why=why, scene=scene_text, origins=some[0], directions=some[1], **more)
-
-
 def _re_entries() -> Iterator[Case]:
     for sheets in (2, 3, 5, 8):
         name = f"re-entry: {sheets} times"
@@ -31,7 +26,7 @@ def _re_entries() -> Iterator[Case]:
         nearest = f"abs(z - {places[-1]:.17g})"
         for place in reversed(places[:-1]):
             nearest = f"min(abs(z - {place:.17g}), {nearest})"
-        yield _case(
+        yield aimed_case(
             name,
             "re-entry",
             "one lens of several parts: light leaves and enters it again",
@@ -43,7 +38,7 @@ def _re_entries() -> Iterator[Case]:
         ("re-entry: bifolia", lens("bifolia", **PLACED)),
         ("re-entry: torus", lens("torus", 1.3, rotate=[90.0, 0.0, 0.0])),
     ):
-        yield _case(
+        yield aimed_case(
             name,
             "re-entry",
             "light leaves a folded lens and meets it again, many times",
@@ -59,7 +54,7 @@ def _trapped() -> Iterator[Case]:
         heights = random.uniform(0.8, 0.98, 60)
         turn = random.uniform(0.0, 2.0 * np.pi, 60)
         at = np.column_stack([-heights * np.sin(turn), heights * np.cos(turn), 0.1 * random.uniform(-1, 1, 60)])
-        yield _case(
+        yield aimed_case(
             name,
             "trapped",
             "light inside a ball, beyond the critical angle, is reflected for ever",
@@ -67,7 +62,7 @@ def _trapped() -> Iterator[Case]:
             rays(at, np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])),
         )
     name = "trapped: a prism of strong glass"
-    yield _case(
+    yield aimed_case(
         name,
         "trapped",
         "light in a prism of index 4 finds no way out for long",
@@ -76,7 +71,7 @@ def _trapped() -> Iterator[Case]:
     )
     for most in (1, 2, 3):
         name = f"trapped: not, leaving at event {most}"
-        yield _case(
+        yield aimed_case(
             name,
             "trapped",
             "a ray that leaves at exactly the last event that is allowed lands",
@@ -84,7 +79,7 @@ def _trapped() -> Iterator[Case]:
             down_on(generator("the last event"), 60, 0.9),
         )
     name = "total reflection ends"
-    yield _case(
+    yield aimed_case(
         name,
         "trapped",
         "where total reflection is not followed, the ray ends there",
@@ -106,13 +101,13 @@ def _several_lenses() -> Iterator[Case]:
         why = "several lenses one behind the other, in any order of the file"
         some = down_on(generator(plain), 70, 0.6, slant=0.1)
         lenses = stack[:count]
-        yield _case(plain, "lens after lens", why, scene(*lenses), some)
-        yield _case(
+        yield aimed_case(plain, "lens after lens", why, scene(*lenses), some)
+        yield aimed_case(
             f"{plain}, the other way round", "lens after lens", why, scene(*reversed(lenses)), some, equals=plain
         )
     gap = 1e-9
     name = "lens after lens: nearly touching"
-    yield _case(
+    yield aimed_case(
         name,
         "lens after lens",
         "two balls a billionth apart",
@@ -127,7 +122,7 @@ def _several_lenses() -> Iterator[Case]:
 def _cut_screens() -> Iterator[Case]:
     name = "screens in a lens: the picture"
     picture = {"corner": [-1.0, 1.0, 0.1], "right": [2.0, 0.0, 0.0], "down": [0.0, -2.0, 0.0]}
-    yield _case(
+    yield aimed_case(
         name,
         "screens in a lens",
         "the picture cuts the lens: it stops no light, so the last leg leads away from it",
@@ -158,7 +153,7 @@ def _cut_screens() -> Iterator[Case]:
         )
     name = "screens in a lens: flat film"
     random = generator(name)
-    yield _case(
+    yield aimed_case(
         name,
         "screens in a lens",
         "rays start in the picture's own plane, inside the lens",

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hard_cases.aims import TINY, Rays, both_signs, down_on, from_afar, generator, joined, rays, unit
+from hard_cases.aims import TINY, Rays, aimed_case, both_signs, down_on, from_afar, generator, joined, rays, unit
 from hard_cases.scenes import PLACED, SLAB, lens, scene, user
 from lenscl.hardcases import Array, Case
 
@@ -23,14 +23,10 @@ def cases() -> Iterator[Case]:
     yield from _indices()
 
 
-def _case(name: str, family: str, why: str, scene_text: str, some: Rays) -> Case:
-    return Case(name=name, family=family, why=why, scene=scene_text, origins=some[0], directions=some[1])
-
-
 def _null_lenses() -> Iterator[Case]:
     for surface in ("sphere", "torus", "heart", "bifolia", "prism", "biconvex"):
         name = f"null lens: {surface}"
-        yield _case(
+        yield aimed_case(
             name,
             "null lens",
             "the lens has the medium's own index, so light must go on as if there were none",
@@ -42,7 +38,7 @@ def _null_lenses() -> Iterator[Case]:
 def _bubbles() -> Iterator[Case]:
     for surface, medium in (("sphere", 1.5), ("torus", 1.5), ("heart", 1.333), ("biconvex", 2.417)):
         name = f"air bubble: {surface} in {medium:g}"
-        yield _case(
+        yield aimed_case(
             name,
             "air bubble",
             "light enters a lower index: slanting rays are totally reflected off the outside",
@@ -57,7 +53,7 @@ def _critical_angles() -> Iterator[Case]:
     for n in (1.001, 1.333, 1.5, 2.417):
         name = f"critical angle: leaving a ball of {n:g}"
         heights = beside / n
-        yield _case(
+        yield aimed_case(
             name,
             "critical angle",
             "light leaves a ball within 1e-3 to 1e-12 of the critical angle, on either side",
@@ -65,7 +61,7 @@ def _critical_angles() -> Iterator[Case]:
             joined(*(_around(heights, turn, start=0.0) for turn in (0.0, 0.7, 2.5))),
         )
     for n in (1.333, 1.5, 2.417):
-        yield _case(
+        yield aimed_case(
             f"critical angle: entering a bubble in {n:g}",
             "critical angle",
             "light meets a bubble within 1e-3 to 1e-12 of the critical angle, on either side",
@@ -75,7 +71,7 @@ def _critical_angles() -> Iterator[Case]:
     for n in (1.1, 1.7):
         sines = beside / n
         slants = np.column_stack([sines, 0.0 * sines, -np.sqrt((1.0 - sines) * (1.0 + sines))])
-        yield _case(
+        yield aimed_case(
             f"critical angle: the flat face of a slab of {n:g}",
             "critical angle",
             "light in a slab meets its flat face within 1e-3 to 1e-12 of the critical angle, on either side",
@@ -95,7 +91,7 @@ def _normal_incidence() -> Iterator[Case]:
     name = "normal incidence: a ball"
     radial = unit(generator(name).normal(size=(100, 3)))
     radial = np.concatenate([radial, np.eye(3), -np.eye(3)])
-    yield _case(
+    yield aimed_case(
         name,
         "normal incidence",
         "rays through the centre meet the surface with no tangential part, which has no direction then",
@@ -104,7 +100,7 @@ def _normal_incidence() -> Iterator[Case]:
     )
     name = "normal incidence: a slab"
     random = generator(name)
-    yield _case(
+    yield aimed_case(
         name,
         "normal incidence",
         "rays straight down through two flat faces must not move at all",
@@ -114,7 +110,7 @@ def _normal_incidence() -> Iterator[Case]:
     name = "normal incidence: nearly"
     random = generator(name)
     tilt = np.repeat(TINY, 10)[:, None] * unit(random.normal(size=(110, 3)))
-    yield _case(
+    yield aimed_case(
         name,
         "normal incidence",
         "rays tilted by 1e-2 to 1e-12 against the normal of a face",
@@ -125,7 +121,7 @@ def _normal_incidence() -> Iterator[Case]:
 
 def _grazing_incidence() -> Iterator[Case]:
     for n, medium in ((1.5, 1.0), (1.0, 1.5), (2.417, 1.0)):
-        yield _case(
+        yield aimed_case(
             f"grazing incidence: a ball of {n:g} in {medium:g}",
             "grazing incidence",
             "rays meet a ball 1e-3 to 1e-12 of its radius below its rim",
@@ -135,7 +131,7 @@ def _grazing_incidence() -> Iterator[Case]:
     fine = np.repeat(_FINE[:5], 6)  # rays with finer ones would start on the face, and rounding decide on which side
     slants = np.column_stack([np.ones_like(fine), np.tile(np.linspace(-0.2, 0.3, 6), 5), -fine])
     heights = np.column_stack([-fine, 0.0 * fine, fine * fine]) + np.array([0.0, 0.0, 0.25])
-    yield _case(
+    yield aimed_case(
         "grazing incidence: a slab",
         "grazing incidence",
         "rays meet a flat face at 1e-3 to 1e-7 radians",
@@ -148,7 +144,7 @@ def _indices() -> Iterator[Case]:
     weak = (1.0 + 1e-12, 1.0 + 1e-9, 1.0 + 1e-6, 1.001)
     for n in (*weak, 0.5, 0.8, 2.417, 4.0, 10.0, 100.0, 1000.0):
         name = f"index of {n:.13g}: a ball"
-        yield _case(
+        yield aimed_case(
             name,
             "index",
             "from glass that hardly bends light to glass in which all rays go straight to the centre",
@@ -157,7 +153,7 @@ def _indices() -> Iterator[Case]:
         )
     for n in (1.0 + 1e-12, 1.0 + 1e-6, 10.0, 1000.0):
         name = f"index of {n:.13g}: a torus"
-        yield _case(
+        yield aimed_case(
             name,
             "index",
             "the same for a shape that light can meet again",

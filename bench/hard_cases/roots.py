@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
-from hard_cases.aims import TINY, Rays, both_signs, down_on, from_afar, generator, rays, tangents, unit
+from hard_cases.aims import TINY, aimed_case, both_signs, down_on, from_afar, generator, rays, tangents, unit
 from hard_cases.scenes import GYROID, SLAB, Table, lens, scene, user
 from lenscl.config import scene_from_toml
 from lenscl.hardcases import Case
@@ -28,10 +27,6 @@ def cases() -> Iterator[Case]:
     yield from _starts()
 
 
-def _case(name: str, family: str, why: str, scene_text: str, some: Rays, **more: Any) -> Case:
-    return Case(name=name, family=family, why=why, scene=scene_text, origins=some[0], directions=some[1], **more)
-
-
 def _tangents() -> Iterator[Case]:
     shapes: list[tuple[str, Table, int]] = [(name, lens(name), 1 if name in _SLOW else 8) for name in _ALL]
     shapes.append(("gyroid", user(GYROID, 1.1), 4))
@@ -39,7 +34,7 @@ def _tangents() -> Iterator[Case]:
         text = scene(table, numerics={"max_events": 8})
         title = f"tangent: {name}"
         offsets = both_signs(TINY)[both_signs(TINY) != 0]
-        yield _case(
+        yield aimed_case(
             title,
             "tangent",
             "rays pass points of the surface at 1e-2 to 1e-12, outside and inside: two roots meet",
@@ -61,7 +56,7 @@ def _chords() -> Iterator[Case]:
         along = unit(np.cross(normal, random.normal(size=(10, 3))))
         depth = np.sqrt((1.0 - 0.5 * lengths) * (1.0 + 0.5 * lengths))
         through = depth[:, None] * normal[:, None] * np.asarray(axes)
-        yield _case(
+        yield aimed_case(
             name,
             "short chord",
             "chords of 1e-1 to 1e-7: the two roots of an entry and an exit",
@@ -70,7 +65,7 @@ def _chords() -> Iterator[Case]:
         )
     for thickness in (1e-3, 1e-6, 1e-9, 1e-12):
         name = f"short chord: a sheet {thickness:g} thick"
-        yield _case(
+        yield aimed_case(
             name,
             "short chord",
             "a sheet between two planes, thinner than any step of a march",
@@ -82,7 +77,7 @@ def _chords() -> Iterator[Case]:
 def _grids() -> Iterator[Case]:
     for offset in (0.0, 0.005, 0.00314159):
         heights = 1.0 + 0.01 * np.arange(24.0) + offset
-        yield _case(
+        yield aimed_case(
             f"step grid: {offset:g} beside",
             "step grid",
             "faces lie at whole steps of 0.01 from where the rays start, or between two of them",
@@ -96,7 +91,7 @@ def _twins() -> Iterator[Case]:
         name = f"twin roots: {gap:g} apart"
         sheet = f"abs(abs(z) - {0.2 + gap / 2!r}) - 0.2"
         formula = f"max({sheet}, x^2 + y^2 - 1)"
-        yield _case(
+        yield aimed_case(
             name,
             "twin roots",
             "two slabs with a gap between them: the exit of one and the entry of the next nearly coincide",
@@ -107,7 +102,7 @@ def _twins() -> Iterator[Case]:
     formula = "min((x - 1)^2 + y^2 + z^2 - 1e-4, (x + 50)^2 + y^2 + z^2 - 100)"
     random = generator(name)
     through = np.array([1.0, 0.0, 0.0]) + 0.009 * unit(random.normal(size=(80, 3))) * random.random((80, 1))
-    yield _case(
+    yield aimed_case(
         name,
         "twin roots",
         "a small ball stands before one a thousand times as large: the near pair of roots must not be lost",
@@ -128,7 +123,7 @@ def _starts() -> Iterator[Case]:
         ahead = unit(random.normal(size=(40, 3)))
         beside = (("on it", at), ("an ulp outside", np.nextafter(at, 2.0)), ("an ulp inside", np.nextafter(at, 0.0)))
         for place, x in beside:
-            yield _case(
+            yield aimed_case(
                 f"start: {shape}, {place}",
                 "start",
                 "rays start on the surface or a rounding beside it, and go in, out or along",
@@ -145,7 +140,7 @@ def _starts() -> Iterator[Case]:
     }
     for shape, inside in inner.items():
         name = f"start: inside the {shape}"
-        yield _case(
+        yield aimed_case(
             name,
             "start",
             "the source lies inside a lens: the first event is an exit",

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
-from hard_cases.aims import TINY, Rays, both_signs, down_on, generator, rays
+from hard_cases.aims import TINY, aimed_case, both_signs, down_on, generator, rays
 from hard_cases.scenes import PLACED, Table, lens, scene
 from lenscl.hardcases import Case
 
@@ -20,10 +19,6 @@ def cases() -> Iterator[Case]:
     yield from _films()
 
 
-def _case(name: str, why: str, scene_text: str, some: Rays, **more: Any) -> Case:
-    return Case(name=name, family="screens", why=why, scene=scene_text, origins=some[0], directions=some[1], **more)
-
-
 def _screen(corner: list[float], right: list[float], down: list[float]) -> Table:
     return {"corner": corner, "right": right, "down": down}
 
@@ -34,8 +29,9 @@ _FAR = lens("sphere", r=0.1, centre=[50.0, 50.0, 50.0])  # a lens that nothing i
 def _planes() -> Iterator[Case]:
     upright = _screen([0.0, -4.0, 4.0], [0.0, 8.0, 0.0], [0.0, 0.0, -8.0])
     places = np.column_stack([np.linspace(-1.0, 1.0, 20), np.linspace(-0.5, 0.7, 20), np.full(20, 4.0)])
-    yield _case(
+    yield aimed_case(
         "screens: parallel to the ray",
+        "screens",
         "rays run along the picture's plane, beside it, and never meet it",
         scene(_FAR, picture=upright),
         rays(places, [0.0, 0.0, -1.0]),
@@ -43,21 +39,24 @@ def _planes() -> Iterator[Case]:
     )
     tilt = both_signs(10.0 ** -np.arange(1.0, 13.0))
     tilt = tilt[tilt != 0]
-    yield _case(
+    yield aimed_case(
         "screens: edge-on",
+        "screens",
         "rays meet the plane at 1e-1 to 1e-12 radians, far away or never",
         scene(_FAR, picture=upright),
         rays([0.5, 0.25, 4.0], np.column_stack([-tilt, 0.0 * tilt, -np.ones_like(tilt)])),
     )
     name = "screens: behind"
-    yield _case(
+    yield aimed_case(
         name,
+        "screens",
         "the picture lies behind the rays, and only what is turned round meets it",
         scene(lens("torus", 2.0, **PLACED), picture=_screen([-4.0, 4.0, 6.0], [8.0, 0.0, 0.0], [0.0, -8.0, 0.0])),
         down_on(generator(name), 120, 0.9),
     )
-    yield _case(
+    yield aimed_case(
         "screens: nearly beyond reach",
+        "screens",
         "coordinates of 1e26 to 1e34: beyond 1e30 a ray counts as one that never meets the plane",
         scene(_FAR, picture=upright),
         rays(
@@ -78,8 +77,9 @@ def _spans() -> Iterator[Case]:
     for title, (right, down) in spans.items():
         name = f"screens: spans {title}"
         corner = [-0.5 * (a + b) for a, b in zip(right, down, strict=True)]
-        yield _case(
+        yield aimed_case(
             name,
+            "screens",
             "the picture's spans are far from being square and upright",
             scene(lens("sphere", **PLACED), picture=_screen([*corner[:2], corner[2] - 3.0], right, down)),
             down_on(generator(name), 80, 0.9),
@@ -90,8 +90,9 @@ def _edges() -> Iterator[Case]:
     """Rays straight down on a picture of 8 x 8 units: (s, t) are multiples of 1/64, exactly."""
     steps = np.arange(0.0, 65.0, 4.0) / 8.0
     x, y = (each.ravel() for each in np.meshgrid(steps, steps))
-    yield _case(
+    yield aimed_case(
         "screens: ties at pixel edges",
+        "screens",
         "s and t are exact: 0 belongs to the picture, 1 does not, and every tie to the pixel that begins there",
         scene(_FAR),
         rays(np.column_stack([x - 4.0, 4.0 - y, np.full_like(x, 2.0)]), [0.0, 0.0, -1.0]),
@@ -103,8 +104,9 @@ def _edges() -> Iterator[Case]:
         np.column_stack([-4.0 + beside, 0.5 * ones, 2.0 * ones]),
         np.column_stack([4.0 + beside, 0.5 * ones, 2.0 * ones]),
     ]
-    yield _case(
+    yield aimed_case(
         "screens: beside the edge",
+        "screens",
         "rays land 1e-2 to 1e-12 on either side of the picture's edges",
         scene(_FAR),
         rays(np.concatenate(at), [0.0, 0.0, -1.0]),

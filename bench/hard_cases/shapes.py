@@ -3,11 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
-from hard_cases.aims import TINY, Rays, both_signs, down_on, from_afar, generator, joined, rays, tangents, unit
+from hard_cases.aims import (
+    TINY,
+    Rays,
+    aimed_case,
+    both_signs,
+    down_on,
+    from_afar,
+    generator,
+    joined,
+    rays,
+    tangents,
+    unit,
+)
 from hard_cases.scenes import lens, scene
 from lenscl.config import scene_from_toml
 from lenscl.hardcases import Array, Case
@@ -21,10 +32,6 @@ def cases() -> Iterator[Case]:
     yield from _heart()
     yield from _bifolia()
     yield from _torus()
-
-
-def _case(name: str, family: str, why: str, scene_text: str, some: Rays, **more: Any) -> Case:
-    return Case(name=name, family=family, why=why, scene=scene_text, origins=some[0], directions=some[1], **more)
 
 
 def _about(point: tuple[float, float, float], random: np.random.Generator, sizes: Array, each: int) -> Rays:
@@ -46,7 +53,7 @@ def _flat(random: np.random.Generator, heights: Array) -> Rays:
 def _heart() -> Iterator[Case]:
     text, upright = (scene(lens("heart"), numerics=_FEW, picture=picture) for picture in (None, _UPRIGHT))
     name = "heart: the plane z = 0"
-    yield _case(
+    yield aimed_case(
         name,
         "heart",
         "in the plane z = 0 the printed polynomial has a triple root and no gradient",
@@ -55,20 +62,20 @@ def _heart() -> Iterator[Case]:
     )
     name = "heart: beside the plane z = 0"
     heights = np.repeat(np.concatenate([10.0 ** -np.arange(2.0, 9.0), -(10.0 ** -np.arange(2.0, 9.0))]), 10)
-    yield _case(
+    yield aimed_case(
         name, "heart", "|z| of 1e-2 to 1e-8: three roots of the printed polynomial meet", upright,
         _flat(generator(name), heights),
     )  # fmt: skip
     for title, point in (("dimple", (0.0, 0.0, 1.0)), ("tip", (0.0, 0.0, -1.0))):
         name = f"heart: the {title}"
-        yield _case(
+        yield aimed_case(
             name,
             "heart",
             f"rays pass the cusp of the {title} at 1e-2 to 1e-12, where the surface has no normal",
             text,
             _about(point, generator(name), TINY, 12),
         )
-    yield _case(
+    yield aimed_case(
         "heart: beside the axis",
         "heart",
         "rays down the axis through dimple and tip, 1e-2 to 1e-12 beside it",
@@ -79,7 +86,7 @@ def _heart() -> Iterator[Case]:
     random = generator(name)
     place = np.column_stack([random.uniform(-0.15, 0.15, (150, 2)), random.uniform(1.0, 1.15, 150)])
     slant = np.column_stack([random.normal(size=(150, 2)), random.uniform(-0.4, 0.1, 150)])
-    yield _case(
+    yield aimed_case(
         name, "heart", "rays skim the two humps on either side of the dimple", text, from_afar(place, slant, 3.0)
     )
 
@@ -87,7 +94,7 @@ def _heart() -> Iterator[Case]:
 def _bifolia() -> Iterator[Case]:
     text = scene(lens("bifolia"), numerics=_FEW)
     axis = np.column_stack([np.zeros(4), [2.0, 3.0, -1.0, -2.0], np.zeros(4)])
-    yield _case(
+    yield aimed_case(
         "bifolia: the axis",
         "bifolia",
         "along its axis F has a root of multiplicity four at the pinch, and never changes sign",
@@ -99,7 +106,7 @@ def _bifolia() -> Iterator[Case]:
     turn, aside = random.uniform(0, 2 * np.pi, 100), random.uniform(-0.9, 0.9, 100)
     along = np.column_stack([np.cos(turn), 0 * turn, np.sin(turn)])
     through = aside[:, None] * np.column_stack([-along[:, 2], 0 * turn, along[:, 0]])
-    yield _case(
+    yield aimed_case(
         name,
         "bifolia",
         "in the plane y = 0 the solid is a single point, and F is its distance from it to the fourth",
@@ -108,7 +115,7 @@ def _bifolia() -> Iterator[Case]:
     )
     for size in (1e-2, 1e-4, 1e-6):
         name = f"bifolia: {size:g} from the pinch"
-        yield _case(
+        yield aimed_case(
             name,
             "bifolia",
             "rays are aimed beside the point where the ring closes",
@@ -119,7 +126,7 @@ def _bifolia() -> Iterator[Case]:
     random = generator(name)
     target = 0.05 * random.uniform(-1, 1, (150, 3)) * [1, 0, 1]
     start = np.column_stack([random.uniform(-0.4, 0.4, 150), np.full(150, 2.0), random.uniform(-0.4, 0.4, 150)])
-    yield _case(
+    yield aimed_case(
         name,
         "bifolia",
         "rays go down the funnel towards the pinch, and meet its walls again and again",
@@ -133,14 +140,14 @@ def _torus() -> Iterator[Case]:
     name = "torus: through the hole"
     random = generator(name)
     at = random.uniform(-0.3, 0.3, (100, 2))
-    yield _case(
+    yield aimed_case(
         name,
         "torus",
         "rays through the hole: complex roots come close to the ray without a real one",
         scene(lens("torus"), **few),
         rays(np.column_stack([at, np.full(100, 3.0)]), np.column_stack([0.02 * at, np.full(100, -1.0)])),
     )
-    yield _case(
+    yield aimed_case(
         "torus: the axis",
         "torus",
         "along its axis the ring's printed form has no gradient, and nothing is met",
@@ -153,7 +160,7 @@ def _torus() -> Iterator[Case]:
         turn = generator(f"torus {title}").uniform(-1.0, 1.0, (5, 1)) - 0.5 * np.pi
         out = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=-1).reshape(5, 1, 3)
         along = np.stack([-np.sin(turn), np.cos(turn), 0 * turn], axis=-1).reshape(5, 1, 3)
-        yield _case(
+        yield aimed_case(
             f"torus: tangent to the {title} equator",
             "torus",
             "rays in the plane of the ring pass its equator at 1e-2 to 1e-12",
@@ -163,7 +170,7 @@ def _torus() -> Iterator[Case]:
     name = "torus: all four roots"
     random = generator(name)
     ahead = np.column_stack([np.ones(100), random.uniform(-0.1, 0.1, (100, 2))])
-    yield _case(
+    yield aimed_case(
         name,
         "torus",
         "rays across the whole ring meet the tube twice, and leave it twice",
@@ -174,7 +181,7 @@ def _torus() -> Iterator[Case]:
         text = scene(lens("torus", R=ring, r=tube), **few)
         name = f"torus: {title}"
         random = generator(name)
-        yield _case(
+        yield aimed_case(
             name,
             "torus",
             "the ring closes: there is a singular point on the axis, or a second sheet inside",
@@ -188,7 +195,7 @@ def _torus() -> Iterator[Case]:
         name = f"torus: a tube of {tube:g}"
         text = scene(lens("torus", R=0.7, r=tube), **few)
         offsets = tube * np.array([-0.9, -0.5, -0.1, 0.1, 0.5])
-        yield _case(
+        yield aimed_case(
             name,
             "torus",
             "the tube is a thread: the quartic's terms cancel to its square",
@@ -201,7 +208,7 @@ def _torus() -> Iterator[Case]:
         name_random = generator(name)
         turn = name_random.uniform(0, 2 * np.pi, (100, 1))
         at = tube * np.sqrt(name_random.random((100, 1))) * np.hstack([np.cos(turn), 0 * turn, np.sin(turn)])
-        yield _case(
+        yield aimed_case(
             name,
             "torus",
             "ring and tube are five orders of magnitude apart",

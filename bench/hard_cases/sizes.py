@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
-from hard_cases.aims import Rays, down_on, from_afar, generator, rays, unit
+from hard_cases.aims import aimed_case, down_on, from_afar, generator, rays, unit
 from hard_cases.scenes import Table, lens, scene, user
 from lenscl.hardcases import Case
 
@@ -21,10 +20,6 @@ def cases() -> Iterator[Case]:
     yield from _offsets()
 
 
-def _case(name: str, family: str, why: str, scene_text: str, some: Rays, **more: Any) -> Case:
-    return Case(name=name, family=family, why=why, scene=scene_text, origins=some[0], directions=some[1], **more)
-
-
 def _squashed() -> Iterator[Case]:
     for surface in ("sphere", "torus", "heart"):
         for factor in (1e-3, 1e3):
@@ -35,7 +30,7 @@ def _squashed() -> Iterator[Case]:
                 if factor < 1
                 else from_afar(random.uniform(-0.5, 0.5, (120, 3)) * [1, 1, 200], random.normal(size=(120, 3)), 3.0)
             )
-            yield _case(
+            yield aimed_case(
                 name,
                 "squash",
                 "a lens a thousand times as thin, or as long, as it is wide",
@@ -56,15 +51,15 @@ def _units() -> Iterator[Case]:
         plain = f"units: {surface}"
         origins, ahead = down_on(generator(plain), 72, 0.9)
         why = "the same scene in other units: a power of two changes no digit of the map"
-        yield _case(plain, "units", why, scene(placed(surface, 1.0)), (origins, ahead))
+        yield aimed_case(plain, "units", why, scene(placed(surface, 1.0)), (origins, ahead))
         for power in _WHOLE:
             k = 2.0**power
             name = f"units: {surface}, 2^{power}"
-            yield _case(name, "units", why, scene(placed(surface, k), scale=k), (k * origins, ahead), equals=plain)
+            yield aimed_case(name, "units", why, scene(placed(surface, k), scale=k), (k * origins, ahead), equals=plain)
         why = "the same scene in other units, which round differently"
         for k in (1e-6, 1e-3, 1e3, 1e6):
             name = f"units: {surface}, {k:g}"
-            yield _case(name, "units", why, scene(placed(surface, k), scale=k), (k * origins, ahead))
+            yield aimed_case(name, "units", why, scene(placed(surface, k), scale=k), (k * origins, ahead))
 
 
 def _offsets() -> Iterator[Case]:
@@ -77,7 +72,7 @@ def _offsets() -> Iterator[Case]:
             "right": [8.0, 0.0, 0.0],
             "down": [0.0, -8.0, 0.0],
         }
-        yield _case(
+        yield aimed_case(
             name,
             "offset",
             "the whole scene lies millions of units from the origin: coordinates cancel",
@@ -89,7 +84,7 @@ def _offsets() -> Iterator[Case]:
         random = generator(name)
         at = np.array([1e5, -3e5, 1e6])
         through = np.column_stack([random.uniform(-0.9, 0.9, (120, 2)), np.zeros(120)])
-        yield _case(
+        yield aimed_case(
             name,
             "offset",
             "the source is a million units away: the ray is known to so much less beside the lens",
@@ -99,7 +94,7 @@ def _offsets() -> Iterator[Case]:
     name = "offset: inside the expression"
     formula = "(x - 1000)^2 + y^2 + z^2 - 1"
     ahead = unit(generator(name).normal(size=(80, 3)))
-    yield _case(
+    yield aimed_case(
         name,
         "offset",
         "the user's expression itself is that of a ball far from its own origin",

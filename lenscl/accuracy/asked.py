@@ -41,7 +41,7 @@ def trace(
     NoDeviceError, BuildError, TraceError
         If the device is missing or cannot do it.
     LensclError
-        If an accuracy near the last digits is asked for and python-flint is missing.
+        If an accuracy near the last digits is asked for and python-flint is missing or broken.
     """
     if scene.numerics.accuracy is None or method is not None or precision is not None:
         return tracing.trace(scene, method=method, precision=precision, device=device)

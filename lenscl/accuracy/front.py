@@ -208,7 +208,7 @@ def measure_front(
     StudyError
         If no ray meets a lens, so that there is nothing to judge.
     LensclError
-        If python-flint is missing.
+        If python-flint is missing or broken.
     """
     scene = coarser(scene)
     best = Combination(method="auto", precision=precisions_of(device)[-1])

@@ -52,7 +52,7 @@ class Planner:
         StudyError
             If no combination is accurate enough; the message says what is.
         LensclError
-            As `lenscl.trace`; and where certified answers are needed and python-flint is missing.
+            As `lenscl.trace`; and where certified answers are needed and python-flint is missing or broken.
         """
         if scene.numerics.accuracy is None:
             return trace(scene, device=self._device), None

@@ -55,7 +55,7 @@ class Truth:
         Raises
         ------
         LensclError
-            If python-flint is missing.
+            If python-flint is missing or broken.
         """
         proofs = oracle.prove_pixels(scene, pixels.tolist())
         st, rest = np.full((len(proofs), 2), -1.0), np.zeros((len(proofs), 2))

@@ -92,7 +92,11 @@ def _print_items(items: Iterator[tuple[str, str]]) -> None:
     """Print labelled texts, broken where they are too long."""
     for label, text in items:
         first = f"  {label}".ljust(_LABEL)
-        for line in wrap(plain(text), _WIDTH, initial_indent=first, subsequent_indent=" " * _LABEL):
+        lines = wrap(
+            plain(text), _WIDTH, initial_indent=first, subsequent_indent=" " * _LABEL,
+            break_on_hyphens=False,  # an option of a command that is given as advice stays whole
+        )  # fmt: skip
+        for line in lines:
             click.echo(line)
 
 
@@ -204,9 +208,11 @@ def _name(status: object) -> str:
 
 
 def _proved(path: RayPath) -> str:
+    from lenscl.reference import flint_trouble
+
     proof = path.proof
     if proof is None:
-        return "nothing: certified answers need python-flint, pip install 'lenscl[accuracy]'"
+        return f"nothing: {flint_trouble()}"
     events = many(proof.events, "event")
     if proof.status is None:
         return f"{events}; beyond, nobody can tell: {proof.reason}"

@@ -43,6 +43,8 @@ def hardcases(method: str, precision: str | None, label: str | None, names: tupl
     whose answer is not told by the moves that were tried, and those left undecided. And wrong answers: with any, the
     exit code is 3. The march is no guaranteed method: it loses short chords, and they count as wrong.
 
+    It takes a minute or two, and longer where kernels have to be compiled; standard error says how far it is.
+
     \b
     Example:
       lenscl hardcases
@@ -50,6 +52,7 @@ def hardcases(method: str, precision: str | None, label: str | None, names: tupl
       lenscl hardcases --case tangent --json
     """
     from lenscl import device
+    from lenscl.cli.progress import CaseProgress
     from lenscl.hardcases import by_family, load_pack, run_pack
 
     chosen = device.choose(label)
@@ -57,7 +60,9 @@ def hardcases(method: str, precision: str | None, label: str | None, names: tupl
     pack = load_pack().having(names)
     if not pack.cases:
         raise click.BadParameter(f"no case has {' or '.join(names)} in its name", param_hint="--case")
-    verdicts = list(run_pack(pack, method=method, precision=precision, device=chosen))
+    with CaseProgress(len(pack.cases)) as progress:
+        told = run_pack(pack, method=method, precision=precision, device=chosen, report=progress.begin)
+        verdicts = list(told)
     circumstances = {**chosen.circumstances(), "method": method, "precision": precision}
     if as_json:
         click.echo(json.dumps(_document(circumstances, verdicts, by_family(verdicts)), indent=2))

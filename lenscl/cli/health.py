@@ -25,6 +25,7 @@ _PROBE_SECONDS = 300  # a simulator takes long; a driver that hangs must not han
 _LOW_DISK = 500 * 2**20  # bytes below which a sweep may soon fill the disk
 _FEW_FILES = 256  # open files below which drivers and readers are known to stumble
 _UNSEEN_EXTRAS = ("all", "dev", "test")
+_IMPORTS = {"python-flint": "from flint import arb", "intel-opencl-rt": "pass"}  # where it is not `import NAME`
 _DRIVER_FIX = (
     "pip install pocl-binary-distribution (Linux x86-64), or install your vendor's OpenCL driver; "
     "`lenscl devices` lists what is found"
@@ -106,10 +107,13 @@ def _probe(*arguments: str) -> tuple[Any, str | None]:
         return None, f"no answer within {_PROBE_SECONDS} seconds"
     if done.returncode == 0:
         return json.loads(done.stdout.splitlines()[-1]), None
-    complaint = next((line for line in reversed(done.stderr.splitlines()) if line.strip()), "it says nothing")
     if done.returncode < 0:
-        return None, f"the driver ended its process with {signal.Signals(-done.returncode).name}: {complaint}"
-    return None, complaint
+        return None, f"the driver ended its process with {signal.Signals(-done.returncode).name}: {_last_words(done)}"
+    return None, _last_words(done)
+
+
+def _last_words(done: subprocess.CompletedProcess[str]) -> str:
+    return next((line for line in reversed(done.stderr.splitlines()) if line.strip()), "it says nothing")
 
 
 def _formats() -> Iterator[Finding]:
@@ -174,6 +178,9 @@ def _extras() -> Iterator[Finding]:
             yield Finding(
                 f"extra {extra}", "note", f"{', '.join(missing)} not installed", f"pip install 'lenscl[{extra}]'"
             )
+        elif trouble := _cannot_import(names):
+            fix = f"pip install --force-reinstall {' '.join(names)}"
+            yield Finding(f"extra {extra}", FAULT, f"installed, but cannot be used: {trouble}", fix)
         else:
             yield Finding(f"extra {extra}", "ok", ", ".join(f"{name} {metadata.version(name)}" for name in names))
 
@@ -184,3 +191,17 @@ def _is_installed(name: str) -> bool:
     except metadata.PackageNotFoundError:
         return False
     return True
+
+
+def _cannot_import(names: list[str]) -> str | None:
+    """Import packages in a process of their own; return what that ends in, None where all is well."""
+    program = "\n".join(_IMPORTS.get(name, f"import {name}") for name in names)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", program], capture_output=True, text=True, errors="replace", timeout=_PROBE_SECONDS
+        )
+    except subprocess.TimeoutExpired:
+        return f"no answer within {_PROBE_SECONDS} seconds"
+    if done.returncode < 0:
+        return f"the process was ended with {signal.Signals(-done.returncode).name}: {_last_words(done)}"
+    return _last_words(done) if done.returncode else None

@@ -28,8 +28,8 @@ def check(study_path: Path, overrides: tuple[str, ...], as_json: bool) -> None:
 
     Hard spots are found from boxes, planes, the source and F on small boxes; nothing is traced. Among them are points
     and creases without a normal where the film looks at them, parts thinner than a film pixel, and expressions without
-    an inside or a slope. They are reasons to look twice, not faults. A picture that cannot be read, or not be written
-    in the study's format, and a pattern that no file matches are faults: exit code 3.
+    an inside, a slope or a value, or with a pole. They are reasons to look twice, not faults. A picture that cannot be
+    read, or not be written in the study's format, and a pattern that no file matches are faults: exit code 3.
 
     \b
     Example:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +18,9 @@ from lenscl.tracing import RayMap, RayPaths, methods_of, trace, trace_rays
 _LEVEL: dict[str, Level] = {"single": "single", "mixed": "double", "double": "double"}
 
 
-def run_pack(pack: Pack, *, method: str, precision: str, device: Device) -> Iterator[Verdict]:
+def run_pack(
+    pack: Pack, *, method: str, precision: str, device: Device, report: Callable[[Case], None] = lambda _: None
+) -> Iterator[Verdict]:
     """Trace every case and judge it.
 
     Parameters
@@ -28,6 +30,8 @@ def run_pack(pack: Pack, *, method: str, precision: str, device: Device) -> Iter
         As in a study's `[numerics]`; mixed is judged as double.
     device : Device
         Where to trace.
+    report : callable
+        Told of every case before it is run: its kernel may take a minute to be compiled.
 
     Yields
     ------
@@ -37,6 +41,7 @@ def run_pack(pack: Pack, *, method: str, precision: str, device: Device) -> Iter
     compared = {case.equals for case in pack.cases if case.equals}
     kept: dict[str, Answers] = {}
     for case in pack.cases:
+        report(case)
         if case.refused:
             yield _refusal(case)
             continue

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from lenscl.reference import certified, companion, oracle
 from lenscl.reference.certified import sign_polynomial
+from lenscl.reference.library import flint_trouble
 from lenscl.reference.march import first_root
 from lenscl.reference.paint import paint
 from lenscl.reference.placement import Placement
@@ -30,6 +31,7 @@ __all__ = [
     "companion",
     "film_rays",
     "first_root",
+    "flint_trouble",
     "land",
     "oracle",
     "paint",

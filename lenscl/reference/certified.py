@@ -19,6 +19,7 @@ from lenscl.errors import LensclError
 from lenscl.expr import Expr, parse
 from lenscl.expr.graph import walk
 from lenscl.lenses import Surface
+from lenscl.reference.library import python_flint
 from lenscl.reference.pieces import Piece, Tree, along, folded, leaves, shifted
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ class Root:
 
     def distance(self, t: float) -> float:
         """Return an upper bound on |t - root| for a computed t, to float64; nothing cancels."""
-        return float(abs(_flint().arb(_exact(t)) - self.t).upper())
+        return float(abs(python_flint().arb(_exact(t)) - self.t).upper())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,7 +145,8 @@ def first_root(
     Raises
     ------
     LensclError
-        If no polynomial decides the sign of F along the ray, a number is not finite, or python-flint is missing.
+        If no polynomial decides the sign of F along the ray, a number is not finite, or python-flint is missing or
+        broken.
 
     Notes
     -----
@@ -158,7 +160,7 @@ def first_root(
     Roots: squarefree parts are isolated by `fmpz_poly.complex_roots` (certified, the bits doubled until every real root
     stands apart and is known to 2^-80); signs between roots and multiplicities come from exact evaluation at rationals.
     """
-    flint = _flint()
+    flint = python_flint()
     kind = _Exact()
     numbers = {name: kind.number(value) for name, value in values.items()}
     ray = {name: flint.fmpq_poly([_exact(o), _exact(d)]) for name, o, d in zip("xyz", origin, direction, strict=True)}
@@ -222,21 +224,11 @@ _EQUIVALENT = {
 }
 
 
-def _flint() -> Any:
-    try:
-        import flint
-    except ImportError:
-        raise LensclError(
-            "certified roots need python-flint, which is not installed: pip install 'lenscl[accuracy]'"
-        ) from None
-    return flint
-
-
 class _Exact:
     """Polynomials over the rationals, as `pieces.Kind`."""
 
     def number(self, value: float) -> fmpq_poly:
-        polynomial: fmpq_poly = _flint().fmpq_poly([_exact(value)])
+        polynomial: fmpq_poly = python_flint().fmpq_poly([_exact(value)])
         return polynomial
 
     def sign(self, p: fmpq_poly) -> int | None:
@@ -248,7 +240,7 @@ class _Exact:
 
 def _exact(value: Any) -> fmpq:
     try:
-        flint = _flint()
+        flint = python_flint()
         rational: fmpq = value if isinstance(value, flint.fmpq) else flint.fmpq(*value.as_integer_ratio())
     except (OverflowError, ValueError):
         raise LensclError(f"a ray and its parameters must be finite numbers, got {value!r}") from None
@@ -261,7 +253,7 @@ def _sign(value: Any) -> int:
 
 def _departed(tree: Tree[fmpq_poly]) -> list[fmpq_poly]:
     """Return the sign polynomials of F(t) - F(0), the known root divided out where a piece has it."""
-    flint = _flint()
+    flint = python_flint()
     at_origin = [_constant(piece) for piece in leaves(tree)]
     level = folded(tree, at_origin, _INTEGER_CHOICE)
     moved = leaves(shifted(tree, flint.fmpq_poly([level])))
@@ -278,7 +270,7 @@ def _constant(piece: Piece[fmpq_poly]) -> fmpq:
     """Return a piece's value at t = 0; that of a cube root to 600 bits, exact where it is 0."""
     if piece.root is None:
         return piece.u[0]
-    flint = _flint()
+    flint = python_flint()
     v, w = piece.root
     with flint.ctx.workprec(_CONSTANT_BITS):
         size = flint.arb(abs(w[0])).root(3)
@@ -297,7 +289,7 @@ def _isolated(pieces: Sequence[fmpz_poly], length: fmpq) -> tuple[list[arb], lis
     gaps : list of fmpq
         One more rational numbers, > 0: gap k lies between root k - 1 and root k, and between their other neighbours.
     """
-    flint = _flint()
+    flint = python_flint()
     product = reduce(mul, [piece for piece in pieces if piece.degree() >= 0], flint.fmpz_poly([1]))
     while product[0] == 0:  # a root at 0 is not ahead
         product = flint.fmpz_poly(product.coeffs()[1:])
@@ -341,13 +333,13 @@ def _ends(ball: arb) -> tuple[fmpq, fmpq]:
 
 
 def _middle(ball: arb) -> fmpq:
-    flint = _flint()
+    flint = python_flint()
     mantissa, exponent = (int(part) for part in ball.mid().man_exp())
     rational: fmpq = flint.fmpq(mantissa) * flint.fmpq(2) ** exponent
     return rational
 
 
 def _ball(low: fmpq, high: fmpq) -> arb:
-    flint = _flint()
+    flint = python_flint()
     ball: arb = flint.arb(low).union(flint.arb(high))
     return ball

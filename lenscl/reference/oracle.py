@@ -19,6 +19,7 @@ from lenscl.config import Scene
 from lenscl.errors import LensclError
 from lenscl.reference.crossing import UndecidableError
 from lenscl.reference.jets import contains_zero
+from lenscl.reference.library import python_flint
 from lenscl.reference.placed import Placed
 from lenscl.reference.vectors import cross, dot, minus, plus, times, unit, vector
 from lenscl.status import RayStatus
@@ -120,8 +121,8 @@ def prove_rays(
     Raises
     ------
     LensclError
-        If python-flint is missing, or a ray is not three finite numbers each and a direction that is not zero; the
-        message names the first such ray.
+        If python-flint is missing or broken, or a ray is not three finite numbers each and a direction that is not
+        zero; the message names the first such ray.
     """
     rays = list(zip(origins, directions, strict=True))
     for number, (origin, direction) in enumerate(rays):
@@ -147,12 +148,7 @@ def _proof(
     most_bits: int,
     shake: _ShakeOfRay | None,
 ) -> Proof:
-    try:
-        from flint import ctx
-    except ImportError:
-        raise LensclError(
-            "certified answers need python-flint, which is not installed: pip install 'lenscl[accuracy]'"
-        ) from None
+    ctx = python_flint().ctx
     bits = _FIRST_BITS
     while True:
         with ctx.workprec(bits):

@@ -30,9 +30,9 @@ def parted(lows: Array, side: Array) -> Array:
 
 
 def enclosed(expr: Expr, given: Values, lows: Array, side: Array) -> tuple[Array, Array]:
-    """Return bounds of an expression in x, y, z and the names of `given`, one of each a box."""
+    """Return bounds of an expression in x, y, z and the names of `given`, one of each a box; `side` may be, too."""
     ranges = {name: (value, value) for name, value in given.items()}
-    return bounds(expr, {**ranges, **{name: (lows[:, i], lows[:, i] + side[i]) for i, name in enumerate("xyz")}})
+    return bounds(expr, {**ranges, **{name: (lows[:, i], lows[:, i] + side[..., i]) for i, name in enumerate("xyz")}})
 
 
 def may_be_zero(expr: Expr, given: Values, lows: Array, side: Array) -> NDArray[np.bool_]:

@@ -17,6 +17,7 @@ from lenscl.config import Point, Scene, Study
 from lenscl.errors import StudyError
 from lenscl.sweep.shapes import shape_spots
 from lenscl.sweep.solids import solid_spots
+from lenscl.sweep.values import value_spots
 from lenscl.tracing import Placement, locate, methods_of
 
 Points = NDArray[np.float64]
@@ -77,7 +78,7 @@ def hard_spots(scene: Scene) -> Iterator[HardSpot]:
     """Yield the hard spots of one scene."""
     placed = [(scene.lens_key(number), Placement.of(lens)) for number, lens in enumerate(scene.lenses)]
     for number, lens in enumerate(scene.lenses):
-        for kind, message in (*solid_spots(lens), *shape_spots(scene, number)):
+        for kind, message in (*solid_spots(lens), *value_spots(scene, number), *shape_spots(scene, number)):
             yield HardSpot(scene.lens_key(number), kind, message)
     yield from _source_in_a_lens(scene)
     yield from _boxes_overlap(placed)

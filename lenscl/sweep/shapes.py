@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from lenscl.config import Scene
 from lenscl.sweep.boxes import Points
 from lenscl.sweep.creases import crease_points
 from lenscl.sweep.singular import singular_points
 from lenscl.sweep.thin import thinnest
-from lenscl.sweep.view import is_in_view, on_film
-from lenscl.tracing import Placement
+from lenscl.sweep.view import place_in_view
 
 
 def shape_spots(scene: Scene, number: int) -> Iterator[tuple[str, str]]:
@@ -48,14 +45,6 @@ def _seen(scene: Scene, number: int, points: Points) -> str | None:
     """Say where points of a lens are, and which film pixels look at them; None where none of them is in view."""
     if not points:
         return None
-    placement = Placement.of(scene.lenses[number])
-    world = placement.centre + np.array(points) @ placement.to_world.T
-    places = on_film(scene, world)
-    (seen,) = np.nonzero(is_in_view(scene, places))
-    if not seen.size:
-        return None
-    size = float(np.abs(world).max())
-    x, y, z = (float(part) for part in np.round(world[seen[0]], max(0, 6 - int(np.ceil(np.log10(max(size, 1e-300)))))))
-    column, row = (int(part) for part in places[seen[0]])
-    more = "" if seen.size == 1 else f", and at {seen.size - 1} more in view"
-    return f"at ({x + 0.0:g}, {y + 0.0:g}, {z + 0.0:g}), where film pixel ({row}, {column}) looks{more}"
+    place, in_view = place_in_view(scene, number, points)
+    more = f", and at {in_view - 1} more in view" if in_view > 1 else ""
+    return f"{place}{more}" if in_view else None

@@ -15,7 +15,7 @@ from lenscl.lenses import Box
 
 Array = NDArray[np.float64]
 
-_PLACES = 33  # along each side of the bounds; odd, so that the centre is one of them
+PLACES = 33  # along each side of the bounds; odd, so that the centre is one of them
 _SURFACE_POINTS = 64
 _HALVINGS = 60
 _FLAT = 1e-6  # of F's rise over a place's width: the gradient of a third power is some 1e-20 of it there
@@ -27,16 +27,13 @@ def solid_spots(lens: Lens) -> Iterator[tuple[str, str]]:
     if surface.promised is None:
         return
     values = tuple(sorted(lens.values.items()))
-    lowest, lacking = _look(surface.expression, values, surface.promised)
+    lowest = _least(surface.expression, values, surface.promised)
     if not lowest < 0.0:
         yield (
             "no-inside",
-            f"no point with F < 0 found in its bounds, at {_PLACES**3} places: no lens will be seen, unless the solid "
+            f"no point with F < 0 found in its bounds, at {PLACES**3} places: no lens will be seen, unless the solid "
             "is very thin; an expression that changes no sign, such as a squared one, has no inside",
         )
-    if lacking > 0.0:
-        share = max(0.1, 100.0 * lacking)
-        yield "no-value", f"F has no value in part of its bounds ({share:.1f} % of them); rays there end undecided"
     if lowest < 0.0 and _is_flat(surface.expression, values, surface.promised):
         yield (
             "no-slope",
@@ -46,15 +43,22 @@ def solid_spots(lens: Lens) -> Iterator[tuple[str, str]]:
 
 
 @lru_cache(maxsize=1024)  # a sweep of anything else asks for the same solid at every point
-def _look(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box) -> tuple[float, float]:
-    """Return the least value of F in the bounds, Inf if it has none, and the share of places where it has none."""
+def _least(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box) -> float:
+    """Return the least value of F in the bounds, Inf if it has none."""
+    found = on_grid(expression, values, bounds)
+    return float(np.where(np.isnan(found), np.inf, found).min())
+
+
+@lru_cache(maxsize=8)  # each is some hundred kilobytes, and asked for by all that look at one solid
+def on_grid(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box) -> Array:
+    """Return F at a grid of places in the bounds and on their faces, along x, y and z."""
     found = evaluate(expression, {**dict(values), **_grid(bounds)})
-    lacks = np.isnan(found)
-    return float(np.where(lacks, np.inf, found).min()), float(lacks.mean())
+    found.flags.writeable = False
+    return found
 
 
 def _grid(bounds: Box) -> dict[str, Array]:
-    sides = (np.linspace(low, high, _PLACES) for low, high in zip(*bounds, strict=True))
+    sides = (np.linspace(low, high, PLACES) for low, high in zip(*bounds, strict=True))
     return dict(zip("xyz", np.meshgrid(*sides, indexing="ij", sparse=True), strict=True))
 
 
@@ -66,7 +70,7 @@ def _is_flat(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Bo
     """
     given: dict[str, Any] = dict(values)
     grid = _grid(bounds)
-    f = evaluate(expression, {**given, **grid})
+    f = on_grid(expression, values, bounds)
     inside = np.argwhere((f[:-1] < 0.0) & (f[1:] > 0.0))
     inside = inside[:: max(1, len(inside) // _SURFACE_POINTS)]
     i, j, k = inside.T

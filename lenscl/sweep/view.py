@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.config import Scene
+from lenscl.sweep.boxes import Points
+from lenscl.tracing import Placement
 
 Array = NDArray[np.float64]
 
@@ -50,3 +52,23 @@ def on_film(scene: Scene, points: Array) -> Array:
 def is_in_view(scene: Scene, places: Array) -> NDArray[np.bool_]:
     """Whether film coordinates, shape (..., 2), lie on the film; not where they are NaN."""
     return np.asarray(((places >= 0.0) & (places < np.array(scene.film.size))).all(axis=-1))
+
+
+def place_in_view(scene: Scene, number: int, points: Points) -> tuple[str, int]:
+    """Say where one of some points of a lens is, and which film pixel looks at it; and how many are in view.
+
+    The points are of the lens's own space, one or more; told is the first in view, in the world. Where none is, the
+    first of all is told without a pixel.
+    """
+    placement = Placement.of(scene.lenses[number])
+    world = placement.centre + np.array(points) @ placement.to_world.T
+    places = on_film(scene, world)
+    (seen,) = np.nonzero(is_in_view(scene, places))
+    told = seen[0] if seen.size else 0
+    size = float(np.abs(world).max())
+    x, y, z = (float(part) for part in np.round(world[told], max(0, 6 - int(np.ceil(np.log10(max(size, 1e-300)))))))
+    place = f"at ({x + 0.0:g}, {y + 0.0:g}, {z + 0.0:g})"
+    if not seen.size:
+        return place, 0
+    column, row = (int(part) for part in places[told])
+    return f"{place}, where film pixel ({row}, {column}) looks", int(seen.size)

@@ -22,26 +22,10 @@ _FARTHEST = 1e30  # scene units: as for picture coordinates; single precision en
 def trace(
     scene: Scene, *, method: str | None = None, precision: str | None = None, device: Device | str | None = None
 ) -> RayMap:
-    """Trace the ray of every film pixel.
+    """Trace the ray of every film pixel by the method and precision that are named.
 
-    Parameters
-    ----------
-    scene : Scene
-        What to trace.
-    method, precision : str, optional
-        In place of the scene's own.
-    device : Device or str, optional
-        Where to trace: a device or part of its label. Default: the best one here.
-
-    Returns
-    -------
-    RayMap
-        Arrays of shape (rows, columns, ...).
-
-    Raises
-    ------
-    StudyError, NoDeviceError, BuildError, TraceError
-        If the scene cannot be traced as asked; the message says what to change.
+    What `lenscl.trace` comes to, with its parameters and errors, once it is chosen how to trace: a scene that asks for
+    an accuracy is refused unless `method` or `precision` is given.
     """
 
     def traced(ends: Literal["map", "legs"]) -> tuple[Job, dict[str, Any]]:
@@ -68,29 +52,9 @@ def trace_rays(
     precision: str | None = None,
     device: Device | str | None = None,
 ) -> RayPaths:
-    """Trace rays of the caller's own through a scene; its source and film play no part.
+    """Trace rays of the caller's own by the method and precision that are named.
 
-    Parameters
-    ----------
-    scene : Scene
-        What to trace through.
-    origins, directions : array_like, shape (N, 3)
-        World, scene units. Directions need not be unit; origins may lie inside a lens.
-    method, precision, device
-        As for `trace`.
-
-    Returns
-    -------
-    RayPaths
-        Arrays of shape (N, ...).
-
-    Raises
-    ------
-    TraceError
-        If the arrays are not (N, 3) and finite, an origin's number is beyond 1e30, or a direction is zero; the message
-        names the first such ray.
-    StudyError, NoDeviceError, BuildError
-        As for `trace`.
+    What `lenscl.trace_rays` comes to, as `trace` is of `lenscl.trace`.
     """
     points, units = checked_rays(origins, directions)
     return traced_rays(Job.prepare(scene, "given", "legs", method, precision, device), points, units)
@@ -103,7 +67,7 @@ def kernel_source(scene: Scene, *, rays: str | None = None, device: Device | str
 
 
 def checked_rays(origins: ArrayLike, directions: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return rays as points and unit directions, shape (N, 3); errors as for `trace_rays`."""
+    """Return rays as points and unit directions, shape (N, 3); errors as for `lenscl.trace_rays`."""
     try:
         points, vectors = np.asarray(origins, dtype=np.float64), np.asarray(directions, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from fractions import Fraction
 from typing import Any
 
@@ -13,7 +14,7 @@ import pytest
 from scenes import make_scene
 
 from lenscl import RayStatus, trace
-from lenscl.accuracy.path import RayPath, explain_pixel, proved
+from lenscl.accuracy.path import RayPath, explain_pixel
 from lenscl.config import Scene
 from lenscl.errors import StudyError
 from lenscl.reference import certified
@@ -259,7 +260,7 @@ def test_the_paraxial_rule_is_held_against_the_exact_law() -> None:
 
 
 def test_without_python_flint_nothing_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(proved, "find_spec", lambda _: None)
+    monkeypatch.setitem(sys.modules, "flint", None)
     path = explain_pixel(one_ray(0.3), 0, 0)
     assert path.proof is None
     assert path.as_json()["proof"] is None

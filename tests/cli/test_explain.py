@@ -13,7 +13,7 @@ import pytest
 
 from lenscl import accuracy, trace
 from lenscl.accuracy import Combination
-from lenscl.accuracy.path import explain_pixel, proved
+from lenscl.accuracy.path import explain_pixel
 from lenscl.config import Scene, load_study
 
 WIDTH = 100
@@ -114,11 +114,12 @@ def test_each_end_says_what_there_is_to_say_of_it(lenscl, study_path: Path, tang
 
 
 def test_without_python_flint_one_line_says_so(lenscl, study_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(proved, "find_spec", lambda _: None)
+    monkeypatch.setitem(sys.modules, "flint", None)
     text = lenscl("explain", study_path, "--pixel", "10,12").stdout
-    assert [line for line in text.splitlines() if "python-flint" in line] == [
-        "  proved   nothing: certified answers need python-flint, pip install 'lenscl[accuracy]'"
+    assert [line for line in text.splitlines() if line.startswith("  proved ")] == [
+        "  proved   nothing: certified answers need python-flint, which is not installed: pip install"
     ]
+    assert text.split()[-1] == "'lenscl[accuracy]'"
 
 
 def test_a_study_that_asks_for_an_accuracy_is_planned_first(

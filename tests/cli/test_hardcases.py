@@ -1,7 +1,11 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 
+import pytest
 from click.testing import CliRunner
 
 from lenscl.cli import main
@@ -17,10 +21,44 @@ def run(*arguments: str) -> tuple[int, str, str]:
 def test_the_table_has_a_row_a_family_and_what_they_come_to() -> None:
     code, out, err = run("--case", "refused", "--case", "exact lens")
     assert code == 0
-    assert err == ""
+    assert err.splitlines() == ["1 of 19 cases: refused", "16 of 19 cases: exact lens"]
     rows = [line.split("  ")[0] for line in out.splitlines()]
     assert rows[:4] == ["family", "refused", "exact lens", "all"]
     assert out.splitlines()[-1].endswith("method auto, precision double")
+
+
+def test_json_stands_alone_on_standard_output() -> None:
+    code, out, err = run("--case", "refused", "--json")
+    assert code == 0
+    assert len(json.loads(out)["cases"]) == 15
+    assert err.splitlines() == ["1 of 15 cases: refused"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
+def test_a_terminal_is_shown_a_bar_and_the_table_is_free_of_it() -> None:
+    ours, theirs = os.openpty()
+    line = [sys.executable, "-m", "lenscl", "hardcases", "--case", "refused: a"]
+    with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=theirs, text=True) as child:
+        os.close(theirs)
+        shown = b""
+        while piece := _read(ours):
+            shown += piece
+        assert child.stdout is not None
+        table = child.stdout.read()
+    os.close(ours)
+    assert child.returncode == 0
+    cases = table.splitlines()[-3].split()[1]
+    assert f"{cases}/{cases}" in shown.decode()
+    assert "cases: refused" not in shown.decode()
+    assert table.startswith("family")
+    assert "\x1b" not in table
+
+
+def _read(terminal: int) -> bytes:
+    try:
+        return os.read(terminal, 4096)
+    except OSError:  # on Linux, the other end is closed
+        return b""
 
 
 def test_wrong_answers_are_named_and_the_exit_code_tells() -> None:

@@ -357,7 +357,7 @@ except Exception as error:
     print(type(error).__name__, error)
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout.startswith("LensclError certified roots need python-flint")
+    assert done.stdout.startswith("LensclError certified answers need python-flint")
     assert "lenscl[accuracy]" in done.stdout
     silent = "import sys, lenscl.reference; print('flint' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", silent], capture_output=True, text=True, check=True)

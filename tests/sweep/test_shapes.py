@@ -15,6 +15,7 @@ from lenscl.config import Scene, load_study
 from lenscl.sweep import hard_spots, study_hard_spots
 from lenscl.sweep.creases import crease_points
 from lenscl.sweep.singular import singular_points
+from lenscl.sweep.values import _poles, _regions
 from lenscl.sweep.view import on_film
 from lenscl.tracing import Placement, film_rays
 
@@ -30,6 +31,15 @@ def kinds(scene: Scene) -> set[str]:
     return {spot.kind for spot in hard_spots(scene)}
 
 
+POLES = [  # and nearly so
+    ("z^2 + 0.2*(x^2+y^2) - 0.1 + 0.001/(x^2+y^2)", "z^2 + 0.2*(x^2+y^2) - 0.1 + 0.001/(x^2+y^2+1e-6)"),
+    ("x^2+y^2+z^2-0.5 + 0.01/((x-0.31)^2+y^2+(z-0.2)^2)", "x^2+y^2+z^2-0.5 + 0.01/((x-0.31)^2+y^2+(z-2.2)^2)"),
+    ("max(0.001/(x - 0.31) - 1, x^2+y^2+z^2-0.9)", "max(0.001/(x - 2.31) - 1, x^2+y^2+z^2-0.9)"),
+    ("x^2+y^2+z^2-0.5 + 0.01/(x^2 - 2*x*y + y^2)", "x^2+y^2+z^2-0.5 + 0.01/(x^2 - 2*x*y + y^2 + 0.01)"),
+    ("x^2+y^2+z^2-0.5 - 0.01*log(abs(x - 0.3*y))", "x^2+y^2+z^2-0.5 - 0.01*log(abs(x - 0.3*y) + 0.01)"),
+    ("max(tan(2*x) + z, x^2+y^2+z^2-0.8)", "max(tan(x/2) + z, x^2+y^2+z^2-0.8)"),
+    ("x^2+y^2+z^2-0.5 + 0.01*pow(abs(x), -0.5)", "x^2+y^2+z^2-0.5 + 0.01*pow(abs(x), 0.5)"),
+]
 FOUND = [
     ("singular", {"surface": "heart"}, {"surface": "sphere"}),
     ("singular", {"surface": "bifolia"}, expression("(x^2+y^2+z^2)^2 - 3*y*(x^2+z^2) + 1e-5")),
@@ -45,6 +55,9 @@ FOUND = [
     ("no-slope", expression("(x^2 + 2*y^2 + z^2 - 1)^5"), expression("1e-9*(x^2 + 2*y^2 + z^2 - 1)")),
     ("no-slope", expression("(x^2 + y^2 + z^2 - 1)^3"), expression("exp(exp(exp(x^2 + y^2 + z^2))) - 1e300")),
     ("no-inside", expression("(x^2 + y^2 + z^2 - 1)^2"), expression("(x^2 + y^2 + z^2 - 1)^2 - 0.01")),
+    ("no-value", expression("max(sqrt(x + 0.5) - 1, x^2+y^2+z^2-1)"), expression("max(sqrt(x+2) - 2, x^2+y^2+z^2-1)")),
+    ("overflow", expression("exp(400*(x^2+y^2+z^2)) - exp(200)"), expression("exp(9*(x^2+y^2+z^2)) - exp(5)")),
+    *(("pole", *map(expression, texts)) for texts in POLES),
     ("crease", expression("sqrt(abs(x) + 0.1) + y^2 + z^2 - 1"), expression("sqrt(x^2 + 0.1) + y^2 + z^2 - 1")),
     ("crease", expression("x^2 + y^2 + z^2 - 1 + sin(abs(x))/4"), expression("x^2 + y^2 + z^2 - 1 + sin(abs(x)^3)/4")),
     ("crease", expression("exp(max(x, y)) + z^2 + x^2 + y^2 - 2"), expression("max(x, y) + z^2 + x^2 + y^2 - 1")),
@@ -164,6 +177,41 @@ def test_what_is_not_seen_is_not_told_though_the_lens_is() -> None:
     assert np.isfinite(on_film(close, ends)).all()
 
 
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_surfaces_of_the_catalogue_lack_no_values_where_a_user_writes_them(name: str) -> None:
+    (lens,) = make_scene({"surface": name}).lenses
+    asked = lens.surface.expression, tuple(sorted(lens.values.items())), lens.surface.box(lens.values)
+    assert (_regions(*asked), _poles(*asked)) == (((0.0, ()), (0.0, ())), ())
+
+
+@pytest.mark.parametrize(
+    ("kind", "text"),
+    [
+        ("no-value", "max(sqrt(x + 0.5) - 1, x^2+y^2+z^2-0.7)"),
+        ("overflow", "exp(400*(x^2+y^2+z^2)) - exp(200)"),
+        ("pole", "max(x^2+y^2+z^2-0.5 + 0.001/(x - 0.31), x^2+y^2+z^2-0.9)"),
+        ("pole", "x^2+y^2+z^2-0.5 + 0.001/(x^2+y^2+z^2)"),
+    ],
+)
+def test_where_a_value_is_said_to_be_lacking_rays_are_undecided(kind: str, text: str) -> None:
+    """Of a film with a pixel in its middle, fine enough for a ray close to any place."""
+    scene = make_scene({"surface": text, "bounds": [[-1.3] * 3, [1.3] * 3]}, film={"size": [41, 41]})
+    (spot,) = [spot for spot in hard_spots(scene) if spot.kind == kind]
+    assert all(words in spot.message for words in ("such as at (", "may end undecided. "))
+    row, column = (int(part) for part in spot.message.partition("film pixel (")[2].partition(")")[0].split(","))
+    status = trace(scene).status
+    if kind != "no-value":  # there it is where rays come out of the part without a value, into the solid
+        assert status[row, column] == RayStatus.UNDECIDED
+    assert (status == RayStatus.UNDECIDED).any()
+    assert (status == RayStatus.PICTURE).any()
+
+
+def test_a_place_without_value_that_the_film_does_not_see_is_told_without_a_pixel() -> None:
+    scene = make_scene(expression("max(sqrt(x + 1.9) - 2, x^2+y^2+z^2-0.7)"), film={"right": [0.2, 0.0, 0.0]})
+    (spot,) = [spot for spot in hard_spots(scene) if spot.kind == "no-value"]
+    assert "such as at (-2, 0, 0); rays there" in spot.message
+
+
 PIXEL = 1.3 / 48 * 4.0 / 1.5  # of the usual film, at the world's origin
 
 
@@ -185,6 +233,32 @@ def test_a_part_below_a_pixels_width_is_thin_and_one_above_is_not(lens: dict[str
             (spot,) = [spot for spot in hard_spots(scene) if spot.kind == "thin"]
             told = float(spot.message.partition("it is ")[2].partition(" film")[0])
             assert told == pytest.approx(factor * width, rel=0.12)
+
+
+BALL, PANE = "x^2 + y^2 + z^2 - 0.1", "max(abs(z) - {half}, x^2 + y^2 - 0.4)"
+
+
+@pytest.mark.parametrize(
+    ("text", "is_user_part_thin"),
+    [
+        (f"min({BALL}, {PANE})", True),
+        (PANE, True),  # alone, in bounds that are much larger
+        (f"max(min(x^2 + y^2 + z^2 - 0.3, abs(z) - {{half}}), {BALL} - 0.5)", True),
+        (f"min(max(abs(x), max(abs(y), abs(z))) - 0.3, {PANE})", True),
+        (f"min({BALL}, {PANE})".replace("- 0.4", "- 0.05"), False),  # within the ball
+        (f"max({BALL} - 0.3, {{half}} - abs(z))", False),  # what is thin is the gap
+    ],
+)
+def test_parts_of_an_expression_are_thin_where_a_pixel_is_wider(text: str, is_user_part_thin: bool) -> None:
+    for factor, is_thin in ((0.4, True), (0.7, True), (1.2, False)):
+        on_edge = expression(text.format(half=0.5 * factor * PIXEL)) | {"rotate": [90.0, 0.0, 0.0]}
+        scene = make_scene(on_edge)
+        assert ("thin" in kinds(scene)) is (is_thin and is_user_part_thin), factor
+        assert "thin" not in kinds(scene.replace({"lens.rotate": [0.0, 0.0, 0.0]}))  # seen from its face
+        if is_thin and is_user_part_thin:
+            (spot,) = [spot for spot in hard_spots(scene) if spot.kind == "thin"]
+            told = float(spot.message.partition("it is ")[2].partition(" film")[0])
+            assert factor <= told < 1.35 * factor  # the side that is nearer to the source looks wider
 
 
 def test_a_pane_seen_from_its_face_is_not_thin() -> None:

@@ -1,17 +1,15 @@
-"""What the certified oracle says of a film pixel's ray, where python-flint is there to ask."""
+"""What the certified oracle says of a film pixel's ray, where python-flint is there to ask, and works."""
 
 from __future__ import annotations
 
-from importlib.util import find_spec
-
 from lenscl.accuracy.path.values import Proved
 from lenscl.config import Scene
-from lenscl.reference import oracle
+from lenscl.reference import flint_trouble, oracle
 
 
 def proved(scene: Scene, number: int, st: tuple[float, float] | None) -> Proved | None:
-    """Prove a film pixel, numbered row by row; `st` is where it was traced to. None where python-flint is missing."""
-    if find_spec("flint") is None:
+    """Prove a film pixel, numbered row by row; `st` is where it was traced to. None without python-flint."""
+    if flint_trouble() is not None:
         return None
     (proof,) = oracle.prove_pixels(scene, [number])
     return Proved(

@@ -144,7 +144,7 @@ class RayPath:
     growth : float or None
         Up to (s, t).
     proof : Proved or None
-        None where python-flint is missing.
+        None where python-flint is missing or broken: `lenscl.reference.flint_trouble` says which.
     """
 
     row: int

@@ -1,0 +1,145 @@
+"""Where a user's F has no value, none that a number can hold, or a pole: there no search proves what a ray meets.
+
+Parts of the bounds without a value, or beyond the largest number, are seen at a grid of places. Poles are points, lines
+and sheets between these: they are where a divisor is zero, or what a logarithm is taken of. Boxes are parted in eight
+again and again and kept where that may be, by interval arithmetic; from what is left the place is sought at which it is
+least, and this is a pole where only rounding is left of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lenscl.config import Scene
+from lenscl.expr import Expr
+from lenscl.expr.graph import build, walk
+from lenscl.lenses import Box
+from lenscl.sweep.boxes import Array, Points, may_be_zero, most_boxes, parted, value_at
+from lenscl.sweep.solids import PLACES, on_grid
+from lenscl.sweep.view import place_in_view
+
+_ASIDE = np.array([0.137, 0.291, 0.173])  # of a grid's step: a place so far beside a pole on the grid has a value
+_MOST_PLACES = 1000
+_LEVELS = 9  # halvings of the bounds
+_STARTS = 64  # of the search for a pole, for each divisor
+_ZOOMS = 30
+_ZERO = 1e-9  # of a divisor's size in the bounds
+_AROUND = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 3)] * 3), axis=-1).reshape(-1, 3)
+
+
+def value_spots(scene: Scene, number: int) -> Iterator[tuple[str, str]]:
+    """Yield (kind, message) for where a user's lens lacks a value; the catalogue's are known to have one."""
+    lens = scene.lenses[number]
+    bounds = lens.surface.promised
+    if bounds is None:
+        return
+    values = tuple(sorted(lens.values.items()))
+    (lacks, lacking), (overflows, beyond) = _regions(lens.surface.expression, values, bounds)
+    if lacking:
+        place, _ = place_in_view(scene, number, lacking)
+        yield (
+            "no-value",
+            f"F has no value in part of its bounds ({_percent(lacks)} of them), such as {place}; rays there may end "
+            "undecided. Let lens.bounds leave it out, or give F a value: sqrt(max(u, 0)) for sqrt(u)",
+        )
+    if beyond:
+        place, _ = place_in_view(scene, number, beyond)
+        yield (
+            "overflow",
+            f"F is beyond the largest number in part of its bounds ({_percent(overflows)} of them), such as {place}; "
+            "rays there may end undecided. Draw lens.bounds closer, or write what has the same sign and stays small: "
+            "u - v for exp(u) - exp(v)",
+        )
+    if poles := _poles(lens.surface.expression, values, bounds):
+        place, _ = place_in_view(scene, number, poles)
+        yield (
+            "pole",
+            f"F has a pole, a division by 0 or a logarithm of 0, such as {place}; rays that meet it may end "
+            "undecided. Keep the divisor from 0, 1/(u^2 + 1e-6) for 1/u^2, or let "
+            "lens.bounds leave it out",
+        )
+
+
+def _percent(share: float) -> str:
+    return f"{max(0.1, 100.0 * share):.1f} %"
+
+
+@lru_cache(maxsize=1024)  # a sweep of anything else asks for the same solid at every point
+def _regions(
+    expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box
+) -> tuple[tuple[float, Points], tuple[float, Points]]:
+    """Return where F is NaN, and where it is infinite: the share of the bounds, and some places, the inmost first."""
+    low, high = (np.asarray(corner, dtype=np.float64) for corner in bounds)
+    found = on_grid(expression, values, bounds)
+    regions = []
+    for is_bad in (np.isnan, np.isinf):
+        bad = np.argwhere(is_bad(found)) / (PLACES - 1)
+        # A pole on the grid is no region: it is gone a little way aside, towards the centre
+        aside = bad + np.where(bad < 0.5, _ASIDE, -_ASIDE) / (PLACES - 1)
+        bad = bad[is_bad(value_at(expression, dict(values), low + aside * (high - low)))]
+        regions.append((len(bad) / found.size, _inmost(low + bad * (high - low), low, high)))
+    return regions[0], regions[1]
+
+
+@lru_cache(maxsize=1024)
+def _poles(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box) -> Points:
+    given = dict(values)
+    low, high = (np.asarray(corner, dtype=np.float64) for corner in bounds)
+    found = [np.zeros((0, 3))]
+    for divisor in _divisors(expression):
+        most, side, lows = most_boxes(divisor), high - low, low[None]
+        for _ in range(_LEVELS):
+            side = 0.5 * side
+            lows = parted(lows, side)
+            lows = lows[may_be_zero(divisor, given, lows, side)]
+            if not len(lows) or len(lows) > most:
+                break
+        if not len(lows):
+            continue
+        starts = lows[:: -(-len(lows) // _STARTS)] + 0.5 * side
+        places, sizes = _least(divisor, given, starts, 0.5 * side)
+        found.append(places[sizes <= _ZERO * _size(divisor, given, low, high)])
+    return _inmost(np.clip(np.concatenate(found), low, high), low, high)
+
+
+def _divisors(expression: Expr) -> list[Expr]:
+    """Return what must not be zero, of what depends on the place."""
+    found: dict[Expr, None] = {}
+    for each in walk([expression]):
+        if each.op == "/":
+            found[each.args[1]] = None
+        elif each.op == "log" or (each.op == "pow" and (each.args[1].value or 0.0) < 0.0):
+            found[each.args[0]] = None
+        elif each.op == "tan":
+            found[build("cos", each.args[0])] = None
+    return [divisor for divisor in found if divisor.depends_on("xyz")]
+
+
+def _least(divisor: Expr, given: dict[str, float], points: Array, reach: Array) -> tuple[Array, NDArray[np.float64]]:
+    """Return where near points, shape (N, 3), a divisor is least, and its sizes there."""
+    rows = np.arange(len(points))
+    sizes = np.full(len(points), np.inf)
+    for _ in range(_ZOOMS):
+        places = points[:, None] + _AROUND * reach
+        size = np.abs(value_at(divisor, given, places.reshape(-1, 3))).reshape(len(points), -1)
+        size = np.where(np.isnan(size), np.inf, size)
+        least = size.argmin(axis=1)
+        points, sizes = places[rows, least], size[rows, least]
+        reach = 0.5 * reach
+    return points, sizes
+
+
+def _size(divisor: Expr, given: dict[str, float], low: Array, high: Array) -> float:
+    unit = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 7)] * 3), axis=-1).reshape(-1, 3)
+    sizes = np.abs(value_at(divisor, given, low + unit * (high - low)))
+    return float(np.max(sizes, initial=0.0, where=np.isfinite(sizes)))
+
+
+def _inmost(points: Array, low: Array, high: Array) -> Points:
+    """Return points, as many as are wanted, those that are nearest to the middle of the bounds first."""
+    far = np.linalg.norm((points - 0.5 * (low + high)) / (high - low), axis=1)
+    return tuple((float(x), float(y), float(z)) for x, y, z in points[np.argsort(far, kind="stable")][:_MOST_PLACES])
