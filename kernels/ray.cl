@@ -36,6 +36,8 @@ typedef struct {
   real3v normal;           // world, against the incident ray, of any length that can be squared
   realv length;            // from the surface before, or the ray's start, scene units
   realv n_before, n_after; // indices on the incident side and behind the surface
+  maskv lens;              // number of the lens
+  maskv leaves;            // lanes that meet it from within
   maskv lanes;             // lanes that meet a surface now
   maskv total;             // those of them that are totally reflected
 } interface_t;

@@ -35,6 +35,8 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
   at.lanes = *travels;
   at.length = hit.t;
   const maskv leaves = ray->inside != NOWHERE;
+  at.leaves = leaves;
+  at.lens = hit.lens;
   const realv n_medium = (realv)scene->n_medium;
   at.incident = ray->direction;
   const realv turns = leaves ? (realv)-1 : (realv)1;

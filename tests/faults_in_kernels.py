@@ -27,8 +27,9 @@ class Fault:
 
 FAULTS = (
     Fault("sign under the root of Snell's law", "snell_exact.cl", "c * c + excess *", "c * c - excess *"),
-    Fault("total reflection missed", "snell_exact.cl", "*total = k < (realv)0;", "*total = (maskv)0;"),
-    Fault("total reflection too early", "snell_exact.cl", "k < (realv)0;", "k < (realv)NUMBER(0.3) * dot3(g, g);"),
+    Fault("total reflection missed", "total_possible.cl", "*total = square < (realv)0;", "*total = (maskv)0;"),
+    Fault("total reflection too early", "snell_exact.cl", "across), total);",
+          "across) - (realv)NUMBER(0.3) * dot3(g, g), total);"),
     Fault("index ratio inverted on exit", "lens.cl", "(realv)lens->eta_out", "(realv)lens->eta_in"),
     Fault("normal not turned against the ray", "trace.cl", "turns = leaves ? (realv)-1 : (realv)1;",
           "turns = (realv)1;"),

@@ -9,7 +9,7 @@ from lenscl.codegen.layout import Layout
 from lenscl.codegen.searches import searches
 from lenscl.codegen.source import KernelSource
 from lenscl.codegen.specialise import Structure, layout
-from lenscl.effects import Hook, Output
+from lenscl.effects import TOTAL, Hook, Output
 from lenscl.status import RayStatus
 
 _MOST_KEPT = 64  # some hundred kilobytes each
@@ -48,9 +48,11 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         located("placement.cl"),
         *searches(structure),
         *(piece for number in range(len(structure.lenses)) for piece in _lens(structure, number)),
+        *([located(f"total_{_possible(structure)}.cl")] if structure.snell == "exact" else []),
         located(f"snell_{structure.snell}.cl"),
         located("screen.cl"),
         located(f"ends_{structure.ends}.cl"),
+        *_lens_numbers(structure),
         *(located(f"effects/{effect.name}.cl") for effect in structure.effects),
         generated("what this scene consists of"),
         "\n".join(_calls(structure)),
@@ -59,6 +61,10 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         located("trace.cl"),
     ]
     return numbers, "\n".join(pieces)
+
+
+def _possible(structure: Structure) -> str:
+    return "possible" if any(effect.fact == TOTAL for effect in structure.effects) else "impossible"
 
 
 def _banner(structure: Structure) -> str:
@@ -79,6 +85,20 @@ def _lens(structure: Structure, number: int) -> Iterator[str]:
     yield f"#define SURFACE(name) {prefix}_##name\n"
     yield located("lens.cl")
     yield "#undef LENS_NUMBER\n#undef LENS\n#undef SURFACE\n"
+
+
+def _lens_numbers(structure: Structure) -> Iterator[str]:
+    """Yield a function for each number that effects read of a lens, by the number of the lens."""
+    if not structure.lens_reads:
+        return
+    yield generated("numbers of a packet's lenses")
+    for name, _ in structure.lens_reads:
+        lines = [f"static inline realv lens_{name}(const scene_t *scene, maskv lens, int i) {{"]
+        spelled = f"{name}[i]" if dict(structure.lens_reads)[name] > 1 else name
+        lines.append(f"  realv found = (realv)scene->lens_0.{spelled};")
+        for number in range(1, len(structure.lenses)):
+            lines.append(f"  found = lens == (maskv){number} ? (realv)scene->lens_{number}.{spelled} : found;")
+        yield "\n".join([*lines, "  return found;", "}\n"])
 
 
 def _calls(structure: Structure) -> Iterator[str]:

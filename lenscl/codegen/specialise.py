@@ -89,6 +89,11 @@ class Structure:
         return tuple(dict.fromkeys(name for effect in self.effects for name in effect.carries))
 
     @property
+    def lens_reads(self) -> tuple[tuple[str, int], ...]:
+        """The attributes of a lens that the effects read, and how many numbers each is."""
+        return tuple(dict.fromkeys(one for effect in self.effects for one in effect.reads))
+
+    @property
     def adds(self) -> tuple[Output, ...]:
         """What the effects add to a ray map."""
         return tuple(output for effect in self.effects for output in effect.adds)
@@ -96,6 +101,12 @@ class Structure:
     def reads(self) -> tuple[str, ...]:
         """Return the keys of [numerics] that any method reads, each once."""
         return tuple(dict.fromkeys(key for method in self.methods for key in method.reads))
+
+
+def lens_struct(structure: Structure) -> Struct:
+    """Return the numbers of every lens, with those that the effects read."""
+    more = tuple(Slot(name, size) for name, size in structure.lens_reads)
+    return Struct(_LENS.c_name, _LENS.slots + more)
 
 
 def layout(structure: Structure) -> Layout:
@@ -109,7 +120,10 @@ def layout(structure: Structure) -> Layout:
         Member("n_medium", comment="index around the lenses"),
     ]
     for number in range(len(structure.lenses)):
-        members += [Member(f"lens_{number}", _LENS), Member(f"shape_{number}", shapes[structure.prefix(number)])]
+        members += [
+            Member(f"lens_{number}", lens_struct(structure)),
+            Member(f"shape_{number}", shapes[structure.prefix(number)]),
+        ]
     return Layout(tuple(members))
 
 

@@ -19,7 +19,6 @@ from lenscl.config.scene import Effects, Film, Frozen, Lens, Numerics, Picture, 
 from lenscl.config.tables import (
     MOST_LENSES,
     PLANNED_EFFECTS,
-    PLANNED_LENS_KEYS,
     FilmTable,
     LensTable,
     MediumTable,
@@ -248,11 +247,6 @@ def _check_names(tables: list[dict[str, Any]], report: Report) -> None:
 def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> Lens | None:
     before, report = len(problems), problems.append
     own = dict(table)
-    for key, idle in PLANNED_LENS_KEYS.items():
-        if key in own and key not in LENS_KEYS:
-            value = own.pop(key)
-            if not any(value == (list(nothing) if isinstance(nothing, tuple) else nothing) for nothing in idle):
-                report(f"{at}.{key}: {short(value)} is not available in this version; leave the key out")
     # Parameters are judged against the surface, so an unknown key is told from a wrong number
     formula = own.get("surface")
     if isinstance(formula, str):
@@ -279,6 +273,8 @@ def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> Lens | No
         stretch=read.stretch,
         rotate=read.rotate,
         material=read.n,
+        absorption=read.absorption,
+        absorbs=read.absorbs,
     )
 
 

@@ -5,12 +5,12 @@ scene does not ask for leaves no text in its kernel.
 
 >>> EFFECTS["total_reflection"].choices
 ('follow', 'end', 'auto')
->>> [output.name for output in EFFECTS["path_length"].variants[True].adds]
+>>> [output.name for variant in called({"path_length": True}, facts=()) for output in variant.adds]
 ['path_length']
 """
 
 from __future__ import annotations
 
-from lenscl.effects.registry import EFFECTS, Effect, Hook, Output, Value, Variant, wanted
+from lenscl.effects.registry import EFFECTS, TOTAL, Effect, Fact, Hook, Output, Value, Variant, called
 
-__all__ = ["EFFECTS", "Effect", "Hook", "Output", "Value", "Variant", "wanted"]
+__all__ = ["EFFECTS", "TOTAL", "Effect", "Fact", "Hook", "Output", "Value", "Variant", "called"]

@@ -20,6 +20,7 @@ from lenscl.device import Buffer, Device
 from lenscl.errors import StudyError, TraceError
 from lenscl.methods import LAST_RESORT, Method
 from lenscl.status import RayStatus
+from lenscl.tracing.called import facts_of
 from lenscl.tracing.numbers import scene_numbers
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import RayPaths
@@ -59,15 +60,18 @@ class Job:
         wanted: Device | str | None,
         counts: bool = False,
         kind: str = "trace",
+        without: str = "",
     ) -> Job:
         """Return the job of a scene, of rays and ends as `Structure` has them; method and precision replace its own.
 
-        `kind` is what its programs count as in `compile_count`.
+        `kind` is what its programs count as in `compile_count`; `without` names an effect's variant that is left out.
         """
         asked = {"numerics.method": method, "numerics.precision": precision}
         scene = scene.replace({key: value for key, value in asked.items() if value is not None})
         chosen = chosen_device(wanted)
-        structure = replace(structure_of(scene, rays, ends, chosen), counts=counts)
+        structure = structure_of(scene, rays, ends, chosen)
+        effects_in = tuple(effect for effect in structure.effects if effect.name != without)
+        structure = replace(structure, counts=counts, effects=effects_in)
         _check_steps(scene, structure)
         return cls(scene, codegen.kernel_source(structure), chosen, kind)
 
@@ -279,7 +283,7 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
         ends=ends,
         methods=methods_of(scene),
         snell=numerics.snell,
-        effects=effects.wanted({key: getattr(scene.effects, key) for key in effects.EFFECTS}),
+        effects=effects.called(scene.effects, facts_of(scene, rays_given=rays == "given")),
         precision=numerics.precision,
         width=width,
         run=chosen.run,

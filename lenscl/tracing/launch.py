@@ -43,6 +43,22 @@ def trace(
     return RayMap(**named(arrays), legs=legs, **job.record())
 
 
+def trace_without(scene: Scene, variant: str, *, device: Device | str | None = None) -> RayMap:
+    """Trace the ray of every film pixel with one variant of an effect less than the scene calls for.
+
+    It is for finding out what that costs: where the variant steers rays they go wrong, or end elsewhere. The program
+    counts as one of kind "ablation" in `compile_count`.
+    """
+    job = Job.prepare(scene, scene.source.kind, "map", None, None, device, kind="ablation", without=variant)
+    arrays = job.run_film()
+    film = job.scene.film
+    return RayMap(**named(shaped(arrays, film.rows, film.columns)), legs=_no_legs, **job.record())
+
+
+def _no_legs() -> tuple[NDArray[Any], NDArray[Any]]:
+    raise TraceError("origin, direction: a map without one of its effects has none; trace the scene")
+
+
 def trace_rays(
     scene: Scene,
     origins: ArrayLike,

@@ -18,7 +18,7 @@ from lenscl.effects import EFFECTS
 from lenscl.status import RayStatus
 
 _ADDED_BY = {
-    effect.key: {output.name for variant in effect.variants.values() for output in variant.adds}
+    effect.key: {output.name for some in effect.variants.values() for one in some for output in one.adds}
     for effect in EFFECTS.values()
 }
 

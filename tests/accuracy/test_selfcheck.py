@@ -198,7 +198,8 @@ FAULTS: dict[str, tuple[str, str, str, str]] = {
     "eta flipped": (
         "snell", "snell_exact.cl", "  const realv excess =", "  eta = (realv)1 / eta;\n  const realv excess ="),
     "tilted": ("snell", "snell_exact.cl", "  const realv c = max_v", f"  {TILTED}\n  const realv c = max_v"),
-    "total too early": ("snell", "snell_exact.cl", "k < (realv)0;", "k < (realv)NUMBER(0.3) * dot3(g, g);"),
+    "total too early": ("snell", "snell_exact.cl", "across), total);",
+                        "across) - (realv)NUMBER(0.3) * dot3(g, g), total);"),
     "another normal": (
         "snell", "lens.cl", "real3v n = to_world_normal(lens, gradient);",
         "real3v n = turn3(lens->to_world, gradient);"),
