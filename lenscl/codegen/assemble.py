@@ -37,7 +37,7 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         _banner(structure),
         head(structure.precision, structure.width)
         + f"#define RUN {structure.run}\n#define RAY_WORDS {structure.ray_words}\n"
-        + f"#define RAY_CARRIES {' '.join(f'realv {name};' for name in structure.carries)}\n",
+        + f"#define RAY_CARRIES{''.join(f' realv {name};' for name in structure.carries)}\n",
         "".join(f"#define RAY_{status.name} {status.value}\n" for status in RayStatus),
         *(located(name) for name in VOCABULARY),
         generated("the numbers of a scene, which a sweep may change without a new kernel"),
@@ -130,8 +130,8 @@ def _hooked(structure: Structure, hook: Hook, arguments: str) -> Iterator[str]:
 
 def _stores(adds: Sequence[Output]) -> Iterator[str]:
     """Yield what writes the effects' arrays, of N numbers a ray, padded to whole packets."""
-    yield f"#define EFFECT_PARAMETERS{''.join(f' , global real *restrict {output.name}' for output in adds)}"
-    yield f"#define EFFECT_ARGUMENTS{''.join(f' , {output.name}' for output in adds)}"
+    yield f"#define EFFECT_PARAMETERS {''.join(f', global real *restrict {output.name}' for output in adds)}".rstrip()
+    yield f"#define EFFECT_ARGUMENTS {''.join(f', {output.name}' for output in adds)}".rstrip()
     yield "static inline void store_effects(const ray_t *ray, int first EFFECT_PARAMETERS) {"
     for output in adds:
         count = len(output.members)
