@@ -1,6 +1,7 @@
 // paint_blend.cl: mix the samples around a place in linear light.
 //
-// provides  sample()        needs  paint_picture; TAPS, BASE, weigh(); from_light(); the head: PLACE, WORK, CHANNELS
+// provides  sample()
+// needs     paint_picture; TAPS, BASE, weigh(); DIM(), SAMPLE_WEIGHTS; from_light(); the head: PLACE, WORK, CHANNELS
 //
 // Samples stand at (i + 1/2) / W. Each mix starts from its base sample and adds weighted differences, so equal samples
 // give exactly themselves, whatever the weights' rounding. A sample of weight 0 is not looked at: a NaN or Inf reaches
@@ -30,7 +31,7 @@ static inline void blend_row(const picture_t *picture, int column, int row, cons
   }
 }
 
-static inline void sample(const picture_t *picture, PLACE s, PLACE t, global STORED *colour) {
+static inline void sample(const picture_t *picture, PLACE s, PLACE t, global STORED *colour SAMPLE_WEIGHTS) {
   // Find the base sample; x >= -1/2, so cutting off the fraction rounds down but for the first half pixel
   const PLACE x = s * picture->width - (PLACE)0.5f, y = t * picture->height - (PLACE)0.5f;
   const int column = x < (PLACE)0 ? -1 : (int)x, row = y < (PLACE)0 ? -1 : (int)y;
@@ -47,5 +48,6 @@ static inline void sample(const picture_t *picture, PLACE s, PLACE t, global STO
     blend_row(picture, column, row + tap - BASE, across, value);
     add_difference(sum, base, value, down[tap]);
   }
+  DIM(sum);
   from_light(sum, picture->srgb_of, picture->pixels + nearest_pixel(picture, s, t), colour);
 }

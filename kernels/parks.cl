@@ -2,7 +2,7 @@
 // launch: a few that are trapped by total reflection would else hold up their packet to the last event.
 //
 // provides  next_ray(), parks(), PARK_PARAMETERS, PARK_ARGUMENTS
-// needs     lanes, ray, first_ray(), start_on_lenses(); packets of 4 or more
+// needs     lanes, ray, first_ray(), start(); packets of 4 or more
 // set by    the generated head: RAY_WORDS, the members of ray_t
 //
 // A ray is put aside as it stands, word by word, for every member of ray_t is a vector of lanes.
@@ -27,7 +27,7 @@ typedef union {
 static inline ray_t next_ray(const scene_t *scene, int4 tile, int first RAY_PARAMETERS PARK_PARAMETERS) {
   if (!carries_on) {
     ray_t ray = first_ray(&scene->film, &scene->source, tile, first RAY_ARGUMENTS);
-    start_on_lenses(&ray, scene);
+    start(&ray, scene);
     return ray;
   }
   ray_words_t all;

@@ -1,14 +1,14 @@
 // parks_never.cl: every packet is followed to its last ray's end.
 //
 // provides  next_ray(), parks(), PARK_PARAMETERS, PARK_ARGUMENTS
-// needs     ray, first_ray(), start_on_lenses()
+// needs     ray, first_ray(), start()
 
 #define PARK_PARAMETERS
 #define PARK_ARGUMENTS
 
 static inline ray_t next_ray(const scene_t *scene, int4 tile, int first RAY_PARAMETERS) {
   ray_t ray = first_ray(&scene->film, &scene->source, tile, first RAY_ARGUMENTS);
-  start_on_lenses(&ray, scene);
+  start(&ray, scene);
   return ray;
 }
 

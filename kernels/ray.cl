@@ -1,7 +1,7 @@
 // ray.cl: what is known of the rays of a packet while they travel, and of what they meet.
 //
 // provides  ray_t, hit_t, interface_t, NOWHERE; new_ray(), end_ray()
-// needs     prelude, RAY_* status numbers (generated)
+// needs     prelude; generated: RAY_* status numbers, and what a ray carries for the effects, RAY_CARRIES
 
 #define NOWHERE ((maskv)-1)  // in place of a lens number: in no solid, on no surface
 
@@ -13,6 +13,7 @@ typedef struct {
   maskv events;      // surfaces met so far
   maskv status;      // RAY_*, once the ray is no longer alive
   maskv alive;       // lanes still travelling
+  RAY_CARRIES
 } ray_t;
 
 // The nearest surface ahead.
@@ -33,7 +34,10 @@ typedef struct {
 typedef struct {
   real3v incident;         // world, unit: the ray's direction before
   real3v normal;           // world, against the incident ray, of any length that can be squared
+  realv length;            // from the surface before, or the ray's start, scene units
   realv n_before, n_after; // indices on the incident side and behind the surface
+  maskv lens;              // number of the lens
+  maskv leaves;            // lanes that meet it from within
   maskv lanes;             // lanes that meet a surface now
   maskv total;             // those of them that are totally reflected
 } interface_t;

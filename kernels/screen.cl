@@ -9,7 +9,9 @@
 #define FARTHEST ((realv)NUMBER(1e30))
 
 typedef struct {
-  realv s, t;  // picture coordinates; (-1, -1) where the plane is not met
+  realv s, t;      // picture coordinates; (-1, -1) where the plane is not met
+  realv distance;  // of the plane from the ray's origin, scene units
+  maskv meets;     // lanes that meet the plane ahead
 } place_t;
 
 // End all living rays on the picture, beside it, or nowhere.
@@ -27,10 +29,10 @@ static inline place_t land(ray_t *ray, const picture_t *picture) {
 
   // The picture is half open: 0 is on it, 1 is not
   const maskv within = meets & (s >= (realv)0) & (s < (realv)1) & (t >= (realv)0) & (t < (realv)1);
-  const maskv lands = ray->alive;
+  const maskv lands = ray->alive, arrives = lands & meets;
   end_ray(ray, lands & within, RAY_PICTURE);
-  end_ray(ray, lands & meets & not_lane(within), RAY_OFF_PICTURE);
+  end_ray(ray, arrives & not_lane(within), RAY_OFF_PICTURE);
   end_ray(ray, lands & not_lane(meets), RAY_BEHIND);
-  const place_t place = {(lands & meets) ? s : (realv)-1, (lands & meets) ? t : (realv)-1};
+  const place_t place = {arrives ? s : (realv)-1, arrives ? t : (realv)-1, distance, arrives};
   return place;
 }

@@ -2,7 +2,7 @@
 //
 // provides  the kernel trace
 // needs     prelude, ray, next_ray(), parks(), count_steps(), refract(), land(), store_end(); generated: scene_t,
-//           start_on_lenses(), meet_lenses(), at_interface()
+//           meet_lenses(), at_interface(), at_picture(), store_effects(), EFFECT_PARAMETERS, EFFECT_ARGUMENTS
 // set by    the generated head: RUN
 
 #define PARKS_FROM 2  // events: most rays have left their lens after two, and see in the third that they meet no other
@@ -33,7 +33,10 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
   // Bend at the surface; the side is known from the ray, not from the normal
   interface_t at;
   at.lanes = *travels;
+  at.length = hit.t;
   const maskv leaves = ray->inside != NOWHERE;
+  at.leaves = leaves;
+  at.lens = hit.lens;
   const realv n_medium = (realv)scene->n_medium;
   at.incident = ray->direction;
   const realv turns = leaves ? (realv)-1 : (realv)1;
@@ -52,13 +55,13 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
   ray->on = at.lanes ? hit.lens : ray->on;
   ray->inside = crosses ? (leaves ? NOWHERE : hit.lens) : ray->inside;
   ray->events = at.lanes ? ray->events + (maskv)1 : ray->events;
-  at_interface(ray, &at);
+  at_interface(ray, &at, scene);
   *travels = *travels & ray->alive;
 }
 
 // One work-item carries RUN packets of the tile, one after the other: what they share is read once.
 kernel void trace(global const scene_t *restrict numbers, const int4 tile, const int max_events,
-                  END_PARAMETERS RAY_PARAMETERS PARK_PARAMETERS COUNT_PARAMETERS) {
+                  END_PARAMETERS EFFECT_PARAMETERS RAY_PARAMETERS PARK_PARAMETERS COUNT_PARAMETERS) {
   const scene_t scene = *numbers;
   const int begin = (int)get_global_id(0) * (RUN * VW);
   const int end = tile.w - begin < RUN * VW ? tile.w : begin + RUN * VW;
@@ -70,6 +73,8 @@ kernel void trace(global const scene_t *restrict numbers, const int4 tile, const
       to_next_surface(&ray, &travels, &scene, max_events COUNT_ARGUMENTS);
     }
     const place_t place = land(&ray, &scene.picture);
+    at_picture(&ray, &place, &scene);
     store_end(&ray, place, first, END_ARGUMENTS);
+    store_effects(&ray, first EFFECT_ARGUMENTS);
   }
 }

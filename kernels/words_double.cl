@@ -13,6 +13,7 @@
 #undef not_lane
 #undef count_lanes
 #undef dot3
+#undef cross3
 #undef unit3
 #undef at3
 #undef pick3

@@ -15,6 +15,7 @@
 #define not_lane single_not_lane
 #define count_lanes single_count_lanes
 #define dot3 single_dot3
+#define cross3 single_cross3
 #define unit3 single_unit3
 #define at3 single_at3
 #define pick3 single_pick3

@@ -27,8 +27,9 @@ class Fault:
 
 FAULTS = (
     Fault("sign under the root of Snell's law", "snell_exact.cl", "c * c + excess *", "c * c - excess *"),
-    Fault("total reflection missed", "snell_exact.cl", "*total = k < (realv)0;", "*total = (maskv)0;"),
-    Fault("total reflection too early", "snell_exact.cl", "k < (realv)0;", "k < (realv)NUMBER(0.3) * dot3(g, g);"),
+    Fault("total reflection missed", "total_possible.cl", "*total = square < (realv)0;", "*total = (maskv)0;"),
+    Fault("total reflection too early", "snell_exact.cl", "across), total);",
+          "across) - (realv)NUMBER(0.3) * dot3(g, g), total);"),
     Fault("index ratio inverted on exit", "lens.cl", "(realv)lens->eta_out", "(realv)lens->eta_in"),
     Fault("normal not turned against the ray", "trace.cl", "turns = leaves ? (realv)-1 : (realv)1;",
           "turns = (realv)1;"),
@@ -53,8 +54,8 @@ FAULTS = (
     Fault("point beside the surface", "lens.cl", "at3(search.origin, search.direction, root.t)",
           "at3(search.origin, search.direction, root.t * (realv)NUMBER(1.001))"),
     Fault("picture closed at 1", "screen.cl", "(s < (realv)1)", "(s <= (realv)1)"),
-    Fault("s and t swapped", "screen.cl", "{(lands & meets) ? s : (realv)-1, (lands & meets) ? t :",
-          "{(lands & meets) ? t : (realv)-1, (lands & meets) ? s :"),
+    Fault("s and t swapped", "screen.cl", "{arrives ? s : (realv)-1, arrives ? t :",
+          "{arrives ? t : (realv)-1, arrives ? s :"),
     Fault("screen behind the ray accepted", "screen.cl", "meets = (distance > (realv)0) &", "meets ="),
     Fault("half a pixel off", "film.cl", "half_pixel = NUMBER(0.5);", "half_pixel = NUMBER(0.0);"),
     Fault("rows and columns of the film mixed up", "film.cl", "  row += (real)tile.x + half_pixel;",

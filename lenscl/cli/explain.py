@@ -1,4 +1,4 @@
-"""The command that shows how one pixel came about: explain."""
+"""The command that says what a study's kernels do and leave out, or how one pixel came about: explain."""
 # ruff: noqa: D301 - a backspace, not an escaped one, tells click to leave a paragraph as it is
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lenscl.cli.called import explain_study
 from lenscl.cli.group import json_option, many, open_study, plain, set_option, study_argument
 from lenscl.cli.table import print_table
 
@@ -34,25 +35,32 @@ _WIDTH, _LABEL = 100, 11  # columns
 @set_option
 @json_option
 def explain(study_path: Path, pixel: str | None, overrides: tuple[str, ...], as_json: bool) -> None:
-    """Show the path of one film pixel's ray, event by event, its axes left out.
+    """Say which effects are compiled in or left out, and why; with a pixel, show its ray's path.
 
-    The points are those of the kernels that trace the study, in its method and precision. At each surface it says what
-    is known of the point: the stretch of the ray on which F is proved to change its sign, what is left of F, the
-    normal, the angles, how near the ray is to the critical angle, and by how much a relative change of its start has
-    grown. Then where the ray lands, how far off that may be, and, with lenscl[accuracy], what is proved of it.
+    Without --pixel it is a table: each effect, in or out, whether that was asked for or derived from the scene, its
+    fragment of the kernel, what it costs (the scene is traced with and without it, in turn), and the reason. What is
+    derived is decided once for all points of the study.
 
-    It explains one pixel: --pixel has to be given.
+    With --pixel it is the path of one film pixel's ray, event by event, the study's axes left out. The points are those
+    of the kernels that trace the study, in its method and precision. At each surface it says what is known of the
+    point: the stretch of the ray on which F is proved to change its sign, what is left of F, the normal, the angles,
+    how near the ray is to the critical angle, and by how much a relative change of its start has grown. Then where the
+    ray lands, how far off that may be, and, with lenscl[accuracy], what is proved of it.
 
     \b
     Example:
+      lenscl explain configs/torus.toml
       lenscl explain configs/torus.toml --pixel 250,170
       lenscl explain configs/torus.toml --pixel 250,170 --set numerics.precision=single --json
     """
     from lenscl.accuracy import largest_size, planner_of
     from lenscl.accuracy.path import explain_pixel
 
-    row, column = _read_pixel(pixel)
     study = open_study(study_path, overrides)
+    if pixel is None:
+        explain_study(study, as_json=as_json)
+        return
+    row, column = _read_pixel(pixel)
     scene, size = study.scene, largest_size(study.scene, study.images)
     if scene.numerics.accuracy is not None:
         plan = planner_of().plan(scene, size)
@@ -65,12 +73,10 @@ def explain(study_path: Path, pixel: str | None, overrides: tuple[str, ...], as_
         _print(path)
 
 
-def _read_pixel(text: str | None) -> tuple[int, int]:
+def _read_pixel(text: str) -> tuple[int, int]:
     """Return row and column."""
     from lenscl.errors import StudyError
 
-    if text is None:
-        raise StudyError(["--pixel: is required; give the row and the column of a film pixel, such as --pixel 250,170"])
     found = re.fullmatch(r"\s*(-?\d{1,18})\s*,\s*(-?\d{1,18})\s*", text)
     if found is None:
         raise StudyError([f"--pixel: must be ROW,COL, two whole numbers from 0 such as 250,170, got {text[:40]!r}"])
@@ -191,6 +197,8 @@ def _why(path: RayPath) -> str | None:
         return "decided in twice the precision of double; of the events that took, none is shown"
     if path.status.name == "TRAPPED":
         return "numerics.max_events lets it meet no more surfaces, and there is one"
+    if path.status.name == "BLOCKED":
+        return "the lens is opaque"
     if path.status.name == "UNDECIDED":
         on_source = "the pixel lies on the source, so that its ray has no direction"
         return "the search cannot prove what the ray meets next" if any(path.direction) else on_source

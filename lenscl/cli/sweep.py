@@ -96,7 +96,7 @@ def _list(plan: SweepPlan) -> None:
     for point, structure in plan.structures():
         if structure not in kernels:
             by_accuracy = point.scene.numerics.accuracy is not None
-            kernels[structure] = "" if by_accuracy else kernel_source(point.scene).key
+            kernels[structure] = "" if by_accuracy else kernel_source(plan.scene_of(point)).key
         for run in plan.runs_of(point):
             shown = Row(output=run.output, index=run.point, values=run.values, picture=run.picture, state="pending")
             start = cells(shown, axes)[: len(axes) + 2]

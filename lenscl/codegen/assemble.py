@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Sequence
 
 from lenscl.codegen.fragments import VOCABULARY, generated, head, located
 from lenscl.codegen.layout import Layout
 from lenscl.codegen.searches import searches
 from lenscl.codegen.source import KernelSource
 from lenscl.codegen.specialise import Structure, layout
+from lenscl.effects import TOTAL, Hook, Output
 from lenscl.status import RayStatus
 
 _MOST_KEPT = 64  # some hundred kilobytes each
@@ -35,7 +36,8 @@ def _written(structure: Structure) -> tuple[Layout, str]:
     pieces = [
         _banner(structure),
         head(structure.precision, structure.width)
-        + f"#define RUN {structure.run}\n#define RAY_WORDS {structure.ray_words}\n",
+        + f"#define RUN {structure.run}\n#define RAY_WORDS {structure.ray_words}\n"
+        + f"#define RAY_CARRIES{''.join(f' realv {name};' for name in structure.carries)}\n",
         "".join(f"#define RAY_{status.name} {status.value}\n" for status in RayStatus),
         *(located(name) for name in VOCABULARY),
         generated("the numbers of a scene, which a sweep may change without a new kernel"),
@@ -46,9 +48,11 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         located("placement.cl"),
         *searches(structure),
         *(piece for number in range(len(structure.lenses)) for piece in _lens(structure, number)),
+        *([located(f"total_{_possible(structure)}.cl")] if structure.snell == "exact" else []),
         located(f"snell_{structure.snell}.cl"),
         located("screen.cl"),
         located(f"ends_{structure.ends}.cl"),
+        *_lens_numbers(structure),
         *(located(f"effects/{effect.name}.cl") for effect in structure.effects),
         generated("what this scene consists of"),
         "\n".join(_calls(structure)),
@@ -57,6 +61,10 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         located("trace.cl"),
     ]
     return numbers, "\n".join(pieces)
+
+
+def _possible(structure: Structure) -> str:
+    return "possible" if any(effect.fact == TOTAL for effect in structure.effects) else "impossible"
 
 
 def _banner(structure: Structure) -> str:
@@ -79,17 +87,55 @@ def _lens(structure: Structure, number: int) -> Iterator[str]:
     yield "#undef LENS_NUMBER\n#undef LENS\n#undef SURFACE\n"
 
 
+def _lens_numbers(structure: Structure) -> Iterator[str]:
+    """Yield a function for each number that effects read of a lens, by the number of the lens."""
+    if not structure.lens_reads:
+        return
+    yield generated("numbers of a packet's lenses")
+    for name, _ in structure.lens_reads:
+        lines = [f"static inline realv lens_{name}(const scene_t *scene, maskv lens, int i) {{"]
+        spelled = f"{name}[i]" if dict(structure.lens_reads)[name] > 1 else name
+        lines.append(f"  realv found = (realv)scene->lens_0.{spelled};")
+        for number in range(1, len(structure.lenses)):
+            lines.append(f"  found = lens == (maskv){number} ? (realv)scene->lens_{number}.{spelled} : found;")
+        yield "\n".join([*lines, "  return found;", "}\n"])
+
+
 def _calls(structure: Structure) -> Iterator[str]:
     numbers = range(len(structure.lenses))
-    yield "static inline void start_on_lenses(ray_t *ray, const scene_t *scene) {"
+    yield "static inline void start(ray_t *ray, const scene_t *scene) {"
     for i in numbers:
         yield f"  lens_{i}_start(ray, &scene->lens_{i}, scene->shape_{i});"
+    yield from _hooked(structure, "start", "ray, scene")
     yield "}\n"
     yield "static inline void meet_lenses(const ray_t *ray, const scene_t *scene, hit_t *hit) {"
     for i in numbers:
         yield f"  lens_{i}_meet(ray, &scene->lens_{i}, scene->shape_{i}, &scene->method, hit);"
     yield "}\n"
-    yield "static inline void at_interface(ray_t *ray, const interface_t *at) {"
+    yield "static inline void at_interface(ray_t *ray, const interface_t *at, const scene_t *scene) {"
+    yield from _hooked(structure, "interface", "ray, at, scene")
+    yield "}\n"
+    yield "static inline void at_picture(ray_t *ray, const place_t *place, const scene_t *scene) {"
+    if structure.ends == "map":  # else the last surface point is the end
+        yield from _hooked(structure, "picture", "ray, place, scene")
+    yield "}\n"
+    yield from _stores(structure.adds)
+
+
+def _hooked(structure: Structure, hook: Hook, arguments: str) -> Iterator[str]:
     for effect in structure.effects:
-        yield f"  {effect.name}(ray, at);"
+        if hook in effect.hooks:
+            yield f"  {effect.name}_{hook}({arguments});"
+
+
+def _stores(adds: Sequence[Output]) -> Iterator[str]:
+    """Yield what writes the effects' arrays, of N numbers a ray, padded to whole packets."""
+    yield f"#define EFFECT_PARAMETERS {''.join(f', global real *restrict {output.name}' for output in adds)}".rstrip()
+    yield f"#define EFFECT_ARGUMENTS {''.join(f', {output.name}' for output in adds)}".rstrip()
+    yield "static inline void store_effects(const ray_t *ray, int first EFFECT_PARAMETERS) {"
+    for output in adds:
+        count = len(output.members)
+        for place, member in enumerate(output.members):
+            first = f"{output.name} + {f'{count} * ' if count > 1 else ''}first{f' + {place}' if place else ''}"
+            yield f"  scatter(ray->{member}, {first}, {count});"
     yield "}\n"

@@ -13,7 +13,7 @@ from typing import Literal
 
 from lenscl.codegen.fragments import Precision, carried
 from lenscl.codegen.layout import EMPTY, Layout, Member, Slot, Struct
-from lenscl.effects import Variant
+from lenscl.effects import Output, Variant
 from lenscl.lenses import Surface
 from lenscl.methods import Method
 
@@ -80,12 +80,33 @@ class Structure:
 
     @property
     def ray_words(self) -> int:
-        """The members of kernels/ray.cl's ray_t, each one number a lane."""
-        return _RAY_WORDS
+        """The members of kernels/ray.cl's ray_t, each one number a lane, with those of the effects."""
+        return _RAY_WORDS + len(self.carries)
+
+    @property
+    def carries(self) -> tuple[str, ...]:
+        """The numbers that a ray carries for the effects: members of ray_t, each once."""
+        return tuple(dict.fromkeys(name for effect in self.effects for name in effect.carries))
+
+    @property
+    def lens_reads(self) -> tuple[tuple[str, int], ...]:
+        """The attributes of a lens that the effects read, and how many numbers each is."""
+        return tuple(dict.fromkeys(one for effect in self.effects for one in effect.reads))
+
+    @property
+    def adds(self) -> tuple[Output, ...]:
+        """What the effects add to a ray map."""
+        return tuple(output for effect in self.effects for output in effect.adds)
 
     def reads(self) -> tuple[str, ...]:
         """Return the keys of [numerics] that any method reads, each once."""
         return tuple(dict.fromkeys(key for method in self.methods for key in method.reads))
+
+
+def lens_struct(structure: Structure) -> Struct:
+    """Return the numbers of every lens, with those that the effects read."""
+    more = tuple(Slot(name, size) for name, size in structure.lens_reads)
+    return Struct(_LENS.c_name, _LENS.slots + more)
 
 
 def layout(structure: Structure) -> Layout:
@@ -99,7 +120,10 @@ def layout(structure: Structure) -> Layout:
         Member("n_medium", comment="index around the lenses"),
     ]
     for number in range(len(structure.lenses)):
-        members += [Member(f"lens_{number}", _LENS), Member(f"shape_{number}", shapes[structure.prefix(number)])]
+        members += [
+            Member(f"lens_{number}", lens_struct(structure)),
+            Member(f"shape_{number}", shapes[structure.prefix(number)]),
+        ]
     return Layout(tuple(members))
 
 

@@ -19,7 +19,6 @@ from lenscl.config.scene import Effects, Film, Frozen, Lens, Numerics, Picture, 
 from lenscl.config.tables import (
     MOST_LENSES,
     PLANNED_EFFECTS,
-    PLANNED_LENS_KEYS,
     FilmTable,
     LensTable,
     MediumTable,
@@ -176,7 +175,8 @@ def _read_effects(document: Mapping[str, Any], report: Report) -> Effects:
         if key in EFFECTS:
             choices = EFFECTS[key].choices
             if not any(value is choice or (isinstance(choice, str) and value == choice) for choice in choices):
-                hint = nearest(value, choices) if isinstance(value, str) else ""
+                words = [choice for choice in choices if isinstance(choice, str)]
+                hint = nearest(value, words) if isinstance(value, str) and words else ""
                 listed = " or ".join(short(choice) for choice in choices)
                 hint = hint if "did you mean" in hint else ""
                 report(f"effects.{key}: must be {listed}, got {short(value)}{hint}")
@@ -247,11 +247,6 @@ def _check_names(tables: list[dict[str, Any]], report: Report) -> None:
 def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> Lens | None:
     before, report = len(problems), problems.append
     own = dict(table)
-    for key, idle in PLANNED_LENS_KEYS.items():
-        if key in own and key not in LENS_KEYS:
-            value = own.pop(key)
-            if not any(value == (list(nothing) if isinstance(nothing, tuple) else nothing) for nothing in idle):
-                report(f"{at}.{key}: {short(value)} is not available in this version; leave the key out")
     # Parameters are judged against the surface, so an unknown key is told from a wrong number
     formula = own.get("surface")
     if isinstance(formula, str):
@@ -278,6 +273,8 @@ def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> Lens | No
         stretch=read.stretch,
         rotate=read.rotate,
         material=read.n,
+        absorption=read.absorption,
+        absorbs=read.absorbs,
     )
 
 

@@ -283,6 +283,11 @@ Colour = Annotated[
     PlainValidator(Numbers(1, 4, "one to four numbers, the channels of a colour")),
     WithJsonSchema({**_NUMBERS_SCHEMA, "minItems": 1, "maxItems": 4}),
 ]
+Absorption = Annotated[
+    Vec3,
+    PlainValidator(Numbers(3, 3, "three numbers [red, green, blue]", each=Number(low=0.0))),
+    WithJsonSchema({"type": "array", "items": {"type": "number", "minimum": 0}, "minItems": 3, "maxItems": 3}),
+]
 Images = Annotated[
     str | tuple[str, ...],
     PlainValidator(check_images),

@@ -18,6 +18,7 @@ _COMPONENTS: dict[str, dict[str, int]] = {
     **dict.fromkeys(("at", "direction", "corner", "centre", "right", "down", "stretch", "rotate"), _AXES),
     "size": _SIDES,
 }
+_LENS_KEYS = ("centre", "stretch", "rotate", "n", "absorption", "absorbs")
 _NEVER_SWEPT = ("lens.name", "picture.images")
 _DECIDING = (".surface", ".kind", ".corner", ".centre")
 # Writing a key takes those away that cannot stand beside it
@@ -63,7 +64,7 @@ def places(document: dict[str, Any]) -> dict[str, Place]:
             parameters = dict.fromkeys(
                 [*(key for key in lens if key not in LENS_KEYS), *parameter_names(lens["surface"])]
             )
-            _add(found, prefix, lens, ["name", "surface", "bounds", *parameters, "centre", "stretch", "rotate", "n"])
+            _add(found, prefix, lens, ["name", "surface", "bounds", *parameters, *_LENS_KEYS])
     _add(found, "effects", document["effects"], [*EFFECTS, *(key for key in PLANNED_EFFECTS if key not in EFFECTS)])
     _add(found, "numerics", document["numerics"], list(SCENE_TABLES["numerics"].model_fields))
     return found

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Generic, Literal, TypeVar, cast
 
 from lenscl.config.accuracy import Accuracy
 from lenscl.config.checks import Box, Vec3
+from lenscl.effects import Fact
 from lenscl.lenses import Surface
 from lenscl.materials import Material
 
@@ -140,6 +141,8 @@ class Lens:
     stretch: Vec3
     rotate: Vec3  # degrees
     material: Material
+    absorption: Vec3 = (0.0, 0.0, 0.0)  # of red, green, blue, per scene unit of the world
+    absorbs: bool = False  # opaque: no ray goes on from its surface
 
     @property
     def n(self) -> float:
@@ -174,11 +177,17 @@ class Scene:
     lenses: tuple[Lens, ...]
     effects: Effects
     numerics: Numerics
+    # What effects ask whether it holds, and does at some point of the study that the scene belongs to
+    facts: frozenset[Fact] = field(default=frozenset(), compare=False, repr=False)
 
     @property
     def n_medium(self) -> float:
         """Refractive index between the lenses, at the d line."""
         return self.medium.n
+
+    def blocks(self, number: int) -> bool:
+        """Return whether a lens lets no light in: it is opaque, and absorption is not switched off."""
+        return self.lenses[number].absorbs and self.effects["absorption"] is not False
 
     def lens_key(self, number: int) -> str:
         """Return what a study's keys call a lens: "lens.NAME", "lens" where it is the only one, else "lens 2"."""
@@ -205,7 +214,7 @@ class Scene:
         from lenscl.config.build import scene_from_document
         from lenscl.config.keys import changed
 
-        return scene_from_document(changed(self.document(), changes))
+        return replace(scene_from_document(changed(self.document(), changes)), facts=self.facts)
 
     def document(self) -> dict[str, Any]:
         """Return the scene as the tables of a study file, complete and in a fixed order."""
@@ -281,4 +290,6 @@ def _lens_document(lens: Lens) -> dict[str, Any]:
         "stretch": list(lens.stretch),
         "rotate": list(lens.rotate),
         "n": _written(lens.material),
+        **({"absorption": list(lens.absorption)} if any(lens.absorption) else {}),
+        **({"absorbs": True} if lens.absorbs else {}),
     }

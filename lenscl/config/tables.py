@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchem
 
 from lenscl.config import checks
 from lenscl.config.checks import (
+    Absorption,
     Bounds,
     Colour,
     Direction,
@@ -30,15 +31,11 @@ from lenscl.methods import METHODS
 
 # Effects of the study format that this version may lack, with the values that ask for nothing
 PLANNED_EFFECTS: dict[str, tuple[object, ...]] = {
-    "fresnel": (False,),
     "dispersion": (False,),
-    "absorption": (False, "auto"),
-    "path_length": (False,),
     "footprint": (False,),
     "antialias": (1, False),
     "caustics": (False,),
 }
-PLANNED_LENS_KEYS: dict[str, tuple[object, ...]] = {"absorption": ((0, 0, 0),), "absorbs": (False,)}
 FORMATS = ("png", "jpg", "tif", "exr")
 MODES = ("grid", "latin", "halton", "sobol", "random")
 MOST_EVENTS = 255
@@ -48,6 +45,10 @@ MOST_POINTS = 10_000_000
 
 def _words(*known: str) -> tuple[PlainValidator, WithJsonSchema]:
     return PlainValidator(checks.OneOf(known)), WithJsonSchema({"type": "string", "enum": list(known)})
+
+
+def _flag() -> tuple[PlainValidator, WithJsonSchema]:
+    return PlainValidator(checks.OneOf((True, False))), WithJsonSchema({"type": "boolean"})
 
 
 def _whole(low: int, high: int) -> tuple[PlainValidator, WithJsonSchema]:
@@ -116,6 +117,10 @@ class LensTable(Table):
     stretch: Stretch = Field((1.0, 1.0, 1.0), description="Factors along the local axes; negative ones mirror.")
     rotate: Vector = Field((0.0, 0.0, 0.0), description="Degrees about the fixed axes x, then y, then z.")
     n: Medium = Field(description="Refractive index inside.")
+    absorption: Absorption = Field(
+        (0.0, 0.0, 0.0), description="Of red, green and blue inside: after a length L exp(-a L) is left."
+    )
+    absorbs: Annotated[bool, *_flag()] = Field(False, description="Whether it is opaque: a stop, or a mount.")
 
 
 class NumericsTable(Table):

@@ -5,10 +5,12 @@ scene does not ask for leaves no text in its kernel.
 
 >>> EFFECTS["total_reflection"].choices
 ('follow', 'end', 'auto')
+>>> [output.name for variant in called({"path_length": True}, facts=()) for output in variant.adds]
+['path_length']
 """
 
 from __future__ import annotations
 
-from lenscl.effects.registry import EFFECTS, Effect, Variant, wanted
+from lenscl.effects.registry import EFFECTS, TOTAL, Effect, Fact, Hook, Output, Value, Variant, called
 
-__all__ = ["EFFECTS", "Effect", "Variant", "wanted"]
+__all__ = ["EFFECTS", "TOTAL", "Effect", "Fact", "Hook", "Output", "Value", "Variant", "called"]

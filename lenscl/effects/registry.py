@@ -2,64 +2,219 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Literal
+
+Value = str | bool  # of a key in [effects]
+# What a scene may have or not, on which "auto" depends
+Fact = Literal["a lens is opaque", "a lens absorbs", "total reflection is possible"]
+# Where a kernel calls a variant: on a ray's start, behind a surface that it has met, on the picture's plane
+Hook = Literal["start", "interface", "picture"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Output:
+    """An array that an effect adds to a ray map.
+
+    Attributes
+    ----------
+    name : str
+        The map's attribute, and the kernel's buffer.
+    members : tuple of str
+        The members of a ray that it is written from, one number each; a single one makes an array of (rows, columns),
+        several one of (rows, columns, N).
+    meaning : str
+        With its unit.
+    """
+
+    name: str
+    members: tuple[str, ...]
+    meaning: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Variant:
-    """One form of an effect that a kernel can contain."""
+    """One form of an effect that a kernel can contain.
 
-    name: str  # also the file, kernels/effects/<name>.cl, and the function <name>() that it provides
-    steers: bool  # True if it changes the ray, False if it only observes
+    Attributes
+    ----------
+    name : str
+        Also the file, kernels/effects/<name>.cl. It provides a function for each hook: <name>_start(ray, scene),
+        <name>_interface(ray, at, scene), <name>_picture(ray, place, scene).
+    steers : bool
+        Whether it changes where a ray goes or how it ends; else it only observes.
+    hooks : tuple of str
+        Where it is called.
+    carries : tuple of str
+        The numbers that a ray carries for it, members of ray_t.
+    adds : tuple of Output
+    reads : tuple of (str, int)
+        The attributes of a lens whose numbers it reads, and how many those are: lens_<name>(scene, lens, i) has them.
+    fact : str, optional
+        What a scene has to have for "auto" to call for it.
+    """
+
+    name: str
+    steers: bool
+    hooks: tuple[Hook, ...] = ("interface",)
+    carries: tuple[str, ...] = ()
+    adds: tuple[Output, ...] = ()
+    reads: tuple[tuple[str, int], ...] = ()
+    fact: Fact | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """One optional piece of physics: the values of its key, its variants, and when `auto` asks for it."""
+    """One optional piece of physics: the values of its key, and the variants that each asks for.
+
+    Attributes
+    ----------
+    key : str
+        In `[effects]`.
+    model : str
+        What it computes, and whose formula that is.
+    default : str or bool
+    variants : mapping
+        By the value that asks for them, in the order in which they are called at a surface.
+    can_be_off : bool
+        Whether False asks for nothing.
+    auto : str or bool, optional
+        The value whose variants "auto" takes, each where its fact holds; None where the key has no "auto".
+    """
 
     key: str
-    default: str | bool
-    variants: Mapping[str, Variant]  # by the value that asks for it
-    auto: str | None = None  # the value that "auto" stands for; None where the key has no "auto"
-    auto_reason: str = ""
+    model: str
+    default: Value
+    variants: Mapping[Value, tuple[Variant, ...]]
+    can_be_off: bool = True
+    auto: Value | None = None
 
     @property
-    def choices(self) -> tuple[str, ...]:
+    def choices(self) -> tuple[Value, ...]:
         """The values its key takes."""
-        return (*self.variants, *(("auto",) if self.auto else ()))
+        off = (False,) if self.can_be_off else ()
+        return (*off, *self.variants, *(("auto",) if self.auto is not None else ()))
+
+    def called(self, asked: Value, facts: Collection[str]) -> tuple[Variant, ...]:
+        """Return the variants that a value calls for in a scene of which some facts hold."""
+        if asked == "auto" and self.auto is not None:
+            return tuple(one for one in self.variants[self.auto] if one.fact is None or one.fact in facts)
+        return self.variants.get(asked, ())
 
 
+_TRANSMITTANCE = Output(
+    name="transmittance",
+    members=("transmittance",),
+    meaning="share of the light's power that is refracted at every surface but where it is totally reflected",
+)
+TOTAL: Fact = "total reflection is possible"
 _ROWS = (
     Effect(
-        key="total_reflection",
+        key="absorption",
+        model="Beer-Lambert: after a length L inside a lens exp(-a L) is left, for red, green and blue; opaque lenses",
         default="auto",
         variants={
-            "follow": Variant(name="follow_total_reflection", steers=True),
-            "end": Variant(name="end_at_total_reflection", steers=True),
+            True: (
+                Variant(name="opaque", steers=True, reads=(("absorbs", 1),), fact="a lens is opaque"),
+                Variant(
+                    name="absorption",
+                    steers=False,
+                    hooks=("start", "interface"),
+                    carries=("red", "green", "blue"),
+                    adds=(
+                        Output(
+                            name="transmission",
+                            members=("red", "green", "blue"),
+                            meaning="share of the light that the lenses' insides let through, red, green and blue",
+                        ),
+                    ),
+                    reads=(("absorption", 3),),
+                    fact="a lens absorbs",
+                ),
+            )
         },
+        auto=True,
+    ),
+    Effect(
+        key="total_reflection",
+        model="where Snell's law leaves no refracted ray, the law of reflection; or the ray ends there",
+        default="auto",
+        variants={
+            "follow": (Variant(name="follow_total_reflection", steers=True, fact=TOTAL),),
+            "end": (Variant(name="end_at_total_reflection", steers=True, fact=TOTAL),),
+        },
+        can_be_off=False,
         auto="follow",
-        auto_reason="stays in until it is proved impossible",
+    ),
+    Effect(
+        key="fresnel",
+        model="Fresnel's equations (Born & Wolf, Principles of Optics, 7th ed., sec. 1.5): power that is refracted",
+        default=False,
+        variants={
+            True: (
+                Variant(
+                    name="fresnel",
+                    steers=False,
+                    hooks=("start", "interface"),
+                    carries=("transmittance",),
+                    adds=(_TRANSMITTANCE,),
+                ),
+            ),
+            "polarised": (
+                Variant(
+                    name="fresnel_polarised",
+                    steers=False,
+                    hooks=("start", "interface"),
+                    carries=(
+                        *("transmittance", "polarised_q", "polarised_u", "polarised_v"),
+                        *("across_x", "across_y", "across_z"),
+                    ),
+                    adds=(_TRANSMITTANCE,),
+                ),
+            ),
+        },
+    ),
+    Effect(
+        key="path_length",
+        model="the sum of index times length along the ray",
+        default=False,
+        variants={
+            True: (
+                Variant(
+                    name="path_length",
+                    steers=False,
+                    hooks=("start", "interface", "picture"),
+                    carries=("path_length",),
+                    adds=(
+                        Output(
+                            name="path_length",
+                            members=("path_length",),
+                            meaning="optical path from the source to the picture's plane, scene units",
+                        ),
+                    ),
+                ),
+            )
+        },
     ),
 )
 
 EFFECTS: Mapping[str, Effect] = MappingProxyType({row.key: row for row in _ROWS})
 
 
-def wanted(asked: Mapping[str, str | bool]) -> tuple[Variant, ...]:
-    """Return the variants that a scene's `[effects]` calls for, in the order of the table.
+def called(asked: Mapping[str, Value], facts: Collection[str]) -> tuple[Variant, ...]:
+    """Return the variants that a scene calls for, in the order in which a kernel has them.
 
     Parameters
     ----------
     asked : mapping
-        Value by key; a key left out has its default, and False asks for nothing.
+        The scene's `[effects]`: value by key; a key left out has its default.
+    facts : collection of str
+        What holds of the scene.
     """
-    found = []
-    for effect in EFFECTS.values():
-        value = asked.get(effect.key, effect.default)
-        if value == "auto" and effect.auto is not None:
-            value = effect.auto
-        if isinstance(value, str):
-            found.append(effect.variants[value])
-    return tuple(found)
+    return tuple(
+        variant
+        for effect in EFFECTS.values()
+        for variant in effect.called(asked.get(effect.key, effect.default), facts)
+    )

@@ -8,7 +8,7 @@ fifth channel `error` holds them, -1 where there is none.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any, Protocol
@@ -50,6 +50,10 @@ class WritableMap(Protocol):
         """Directions of the last legs, (rows, columns, 3)."""
 
     @property
+    def added(self) -> Mapping[str, NDArray[Any]]:
+        """What the scene's effects add, by name."""
+
+    @property
     def scene(self) -> Any:
         """What was traced; `to_toml()` makes a text of it."""
 
@@ -62,8 +66,9 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
     path : path
         The suffix decides. Equal ray maps give equal bytes.
     raymap : RayMap
-        In an `.npz` each array has its attribute's name: st, status, events, origin, direction; `scene_toml` is the
-        scene as text. The seconds are left out. An EXR carries `scene_toml` among its parameters.
+        In an `.npz` each array has its attribute's name: st, status, events, origin, direction, and what the effects
+        add; `scene_toml` is the scene as text. An EXR has those as further channels: transmittance, path_length,
+        transmission.R, .G, .B. The seconds are left out. An EXR carries `scene_toml` among its parameters.
     error : float64 array, shape (rows, columns), optional
         Bounds on the error of (s, t), -1 where there is none; in an `.npz` the array `error`. The EXR's channel `error`
         bounds the error of its own numbers: what R and G lose as float32 is added, and it is rounded up.
@@ -78,10 +83,11 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
     match file.suffix.lower():
         case ".exr":
             image = _st_map(raymap)
+            further = dict(_channels(raymap.added))
             if error is not None:
-                image = np.concatenate([image, _error_of(image, raymap, error)], axis=2)
-            further = () if error is None else ("error",)
-            write_image(file, image, metadata={"scene_toml": scene_toml}, further=further)
+                further["error"] = _error_of(image, raymap, error)
+            image = np.concatenate([image, *further.values()], axis=2)
+            write_image(file, image, metadata={"scene_toml": scene_toml}, further=tuple(further))
         case ".npz":
             _write_npz(file, raymap, scene_toml, {} if error is None else {"error": error})
         case other:
@@ -97,6 +103,16 @@ def _st_map(raymap: WritableMap) -> NDArray[np.float32]:
     return image
 
 
+def _channels(added: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, NDArray[np.float32]]]:
+    """Yield a name and a channel, shape (rows, columns, 1), for every number that effects add to a pixel."""
+    for name, array in added.items():
+        if array.ndim == 2:
+            yield name, array.astype(np.float32)[..., np.newaxis]
+        else:
+            for number, part in enumerate("RGB"):
+                yield f"{name}.{part}", array[..., number : number + 1].astype(np.float32)
+
+
 def _error_of(image: NDArray[np.float32], raymap: WritableMap, error: NDArray[np.float64]) -> NDArray[np.float32]:
     """Return the bounds on what an ST map's R and G are off as they are stored, shape (rows, columns, 1)."""
     st = raymap.st.astype(np.float64)
@@ -110,6 +126,7 @@ def _error_of(image: NDArray[np.float32], raymap: WritableMap, error: NDArray[np
 
 def _write_npz(file: Path, raymap: WritableMap, scene_toml: str, further: Mapping[str, NDArray[Any]]) -> None:
     arrays: dict[str, Any] = {name: np.ascontiguousarray(getattr(raymap, name)) for name in _ARRAYS}
+    arrays |= {name: np.ascontiguousarray(array) for name, array in raymap.added.items()}
     arrays |= further
     arrays["scene_toml"] = np.array(scene_toml)
     with whole_file(file, sum(array.nbytes for array in arrays.values()) + 2**16) as temporary:

@@ -2,7 +2,8 @@
 
 Input: a ray map and pixels (H, W, C). Output: pixels (rows, columns, C) of the same type. A picture's samples stand at
 (i + 1/2) / W; between them colours are mixed in linear light, and the edges go on outwards. Each film pixel is one
-point: nothing is averaged where the lens makes the picture smaller.
+point: nothing is averaged where the lens makes the picture smaller. Where the map says how much light gets through, its
+colours are dimmed by that, in linear light; alpha is not, nor is the colour outside.
 
 Alpha is the last of 2 or 4 channels. Integers carry straight alpha and are mixed multiplied by it, so that no hidden
 colour shows; floats carry colour already multiplied (associated), as EXR does. Floats are never cut off; integers are
@@ -11,7 +12,7 @@ held within their range, where a bicubic mix can overshoot.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any, Literal, Protocol, TypeAlias, cast, get_args
 
@@ -35,6 +36,7 @@ from lenscl.status import RayStatus
 Filter: TypeAlias = Literal["nearest", "bilinear", "bicubic"]
 
 _CHANNELS = (1, 2, 3, 4)
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of sRGB's primaries: IEC 61966-2-1:1999, for pictures without colour
 _BITS = {1: "uchar", 2: "ushort", 4: "uint", 8: "ulong"}  # what a pixel of so many bytes is as bits
 _FLOATS = {"float16": "paint_half.cl", "float32": "paint_single.cl", "float64": "paint_double.cl"}
 
@@ -61,7 +63,8 @@ class Painter:
     Parameters
     ----------
     raymap : RayMap
-        Of it only `st`, `status` and `device` are read.
+        Of it only `st`, `status`, `device` and, where its scene asks for them, `transmittance` and `transmission` are
+        read.
 
     Examples
     --------
@@ -77,6 +80,7 @@ class Painter:
         self._device = raymap.device
         self._places = raymap.device.upload(raymap.st)
         self._status = raymap.device.upload(raymap.status)
+        self._weights = _weights(getattr(raymap, "added", {}))
 
     def paint(
         self,
@@ -90,7 +94,9 @@ class Painter:
         picture = _as_picture(pixels)
         height, width, channels = picture.shape
         filter_name, curve = _filter_of(filter), encoding_of(picture.dtype, encoding)
-        source = _source(picture.dtype.name, channels, self._double_places, filter_name, curve)
+        source = _source(
+            picture.dtype.name, channels, self._double_places, filter_name, curve, self._weights is not None
+        )
         device = self._device
         if "double" in source and not device.has_double:
             raise StudyError([f"pixels: {device.label} has no double precision; give the picture as float32"])
@@ -99,7 +105,7 @@ class Painter:
         outside_colour = device.upload(_outside_colour(outside, picture.dtype, channels))
         pixels_there = device.upload(picture)
         light_there = pixels_there
-        if filter_name != "nearest":
+        if filter_name != "nearest" or self._weights is not None:
             light_there = _lighten(program, picture, pixels_there)
         painted = np.empty((*self._shape, channels), picture.dtype)
         painted_there = device.empty(painted.nbytes)
@@ -118,10 +124,19 @@ class Painter:
                 device.upload(encode_table()),
                 outside_colour,
                 painted_there,
+                *self._weights_there(picture.dtype, channels),
             ],
         )
         device.download(painted_there, painted)
         return painted if pixels.ndim == 3 else painted[..., 0]
+
+    def _weights_there(self, dtype: np.dtype[Any], channels: int) -> list[Buffer]:
+        """Return on the device what reaches the film of each colour; nothing where all of it does."""
+        if self._weights is None:
+            return []
+        is_grey = channels < 3
+        weights = self._weights @ _LUMINANCE[:, np.newaxis] if is_grey else self._weights
+        return [self._device.upload(weights.astype(np.float64 if dtype.itemsize == 8 else np.float32))]
 
 
 def paint(
@@ -137,7 +152,9 @@ def paint(
     Parameters
     ----------
     raymap : RayMap
-        Rays of status PICTURE take their colour at `st`, all others take `outside`.
+        Rays of status PICTURE take their colour at `st`, all others take `outside`. Where its effects say what gets
+        through (`transmittance`, `transmission`), colours are dimmed by that in linear light; a picture without colour
+        by what is left of the luminance of white.
     pixels : array, shape (H, W, C) or (H, W)
         uint8, uint16, float16, float32 or float64; C = 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA. The picture and the
         result must each fit into one allocation of the device.
@@ -227,19 +244,37 @@ def _listed(values: NDArray[np.float64]) -> str:
     return ", ".join(f"{value:g}" for value in values)
 
 
+def _weights(added: Mapping[str, NDArray[Any]]) -> NDArray[np.float64] | None:
+    """Return the share of red, green and blue that reaches the film, shape (rows, columns, 3), None where all does."""
+    factors = []
+    if "transmittance" in added:
+        factors.append(added["transmittance"][..., np.newaxis])
+    if "transmission" in added:
+        factors.append(added["transmission"])
+    if not factors:
+        return None
+    weights = np.ones((*factors[0].shape[:2], 3))
+    for factor in factors:
+        weights *= factor
+    return weights
+
+
 @cache
-def _source(dtype_name: str, channels: int, double_places: bool, filter_name: Filter, encoding: Encoding) -> str:
+def _source(
+    dtype_name: str, channels: int, double_places: bool, filter_name: Filter, encoding: Encoding, is_weighted: bool
+) -> str:
     """Return the text of one paint program: the head, then the fragments that the picture calls for."""
     dtype = np.dtype(dtype_name)
     head = {
         "PLACE": "double" if double_places else "float",
         "STORED": _BITS[dtype.itemsize],
-        "WORK": "double" if dtype.itemsize == 8 and filter_name != "nearest" else "float",
+        "WORK": "double" if dtype.itemsize == 8 and (filter_name != "nearest" or is_weighted) else "float",
         "CHANNELS": channels,
+        "COLOURS": channels - (channels % 2 == 0),
         "ON_PICTURE": int(RayStatus.PICTURE),
     }
     names: Sequence[str] = ("paint_nearest.cl",)
-    if filter_name != "nearest":
+    if filter_name != "nearest" or is_weighted:
         if dtype.kind == "u":
             head |= {"FULL_SCALE": full_scale(dtype), "ENCODE_STEPS": ENCODE_STEPS}
             light = ("paint_codes.cl", f"paint_codes_{encoding}.cl")
@@ -247,9 +282,10 @@ def _source(dtype_name: str, channels: int, double_places: bool, filter_name: Fi
         else:
             light = (_FLOATS[dtype_name], f"paint_floats_{encoding}.cl")
             mix = "paint_opaque.cl"
-        names = (*light, mix, "paint_light.cl", f"paint_{filter_name}.cl", "paint_blend.cl")
+        taps = ("paint_point.cl",) if filter_name == "nearest" else (f"paint_{filter_name}.cl", "paint_blend.cl")
+        names = (*light, mix, "paint_light.cl", *taps)
     lines = [f"#define {name} {value}\n" for name, value in head.items()]
     if "double" in head.values():
         lines.append("#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n")
-    parts = ("paint_picture.cl", *names, "paint.cl")
+    parts = ("paint_picture.cl", f"paint_{'weighted' if is_weighted else 'unweighted'}.cl", *names, "paint.cl")
     return "".join(lines) + "".join(f'#line 1 "{name}"\n{fragment(name)}' for name in parts)

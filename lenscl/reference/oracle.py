@@ -232,6 +232,9 @@ class _Path:
                 return self._landed()
             if self.events >= self.scene.numerics.max_events:
                 return self._ended(RayStatus.TRAPPED)
+            if self.scene.blocks(met[0]):
+                self.events += 1
+                return self._ended(RayStatus.BLOCKED)
             if not self._bent(*met):
                 return self._ended(RayStatus.TOTAL_REFLECTION)
             if self.shake is not None:

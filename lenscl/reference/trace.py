@@ -155,6 +155,9 @@ class _Tracer:
         if not follows:
             self.status[go[total]] = RayStatus.TOTAL_REFLECTION
             self.travels[go[total]] = False
+        blocks = np.array([self.scene.blocks(number) for number in range(len(self.scene.lenses))])[lens_met]
+        self.status[go[blocks]] = RayStatus.BLOCKED
+        self.travels[go[blocks]] = False
 
     def landed(self) -> Paths:
         """Return the ends, the last legs met with the picture's plane."""

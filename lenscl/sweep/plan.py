@@ -13,10 +13,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from lenscl.config import Point, Study
+from lenscl.config import Point, Scene, Study
+from lenscl.effects import Fact
 from lenscl.errors import StudyError
 from lenscl.sweep.pictures import SourcePicture, as_text, survey
 from lenscl.sweep.store import Planned
+from lenscl.tracing import study_facts, with_facts
 from lenscl.version import program_version
 
 _INDEX_DIGITS = 5  # as many as max_points has by default: adding points to a study renames no output
@@ -74,6 +76,15 @@ class SweepPlan:
     def metadata(self, point: Point, picture: SourcePicture) -> dict[str, Any]:
         """Return what an output carries of its making: no clock, duration, host, device or place on disk."""
         return self._metadata(_described(point), point.values, picture)
+
+    @cached_property
+    def facts(self) -> frozenset[Fact]:
+        """What holds at any point, on which it hangs what `auto` compiles in: the same at all points."""
+        return study_facts(self.study)
+
+    def scene_of(self, point: Point) -> Scene:
+        """Return a point's scene as it is traced."""
+        return with_facts(point.scene, self.facts)
 
     def structures(self) -> Iterator[tuple[Point, str]]:
         """Yield every point with a text of what may decide its kernel: equal texts, equal kernels.

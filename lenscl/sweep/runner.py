@@ -184,7 +184,8 @@ class _Runner:
         if self._point != point.index:
             self._point, self._traced = point.index, ""  # let go of the last map before the next one is made
             try:
-                raymap, achieved = self._planner.trace(point.scene, size=self._size, like=self._like(point))
+                scene, like = self.plan.scene_of(point), self._like(point)
+                raymap, achieved = self._planner.trace(scene, size=self._size, like=like)
                 self._traced = _Traced(raymap, Painter(raymap), _checked(raymap), achieved)
             except NoDeviceError:
                 raise
@@ -204,7 +205,7 @@ class _Runner:
         if text not in self._first:
             first = next(other for other, structure in self.plan.structures() if structure == text)
             try:
-                self._first[text] = first.scene
+                self._first[text] = self.plan.scene_of(first)
             except StudyError:  # it fails alone, and the others plan for themselves
                 self._first[text] = None
         return self._first[text]

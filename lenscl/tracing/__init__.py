@@ -6,11 +6,12 @@ on any image; painting with it is `lenscl.imaging`'s work.
 
 from __future__ import annotations
 
+from lenscl.tracing.called import Call, calls, study_facts, with_facts
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.follow import Ends, Follower, PixelFollower
 from lenscl.tracing.job import methods_of
 from lenscl.tracing.judge import Nudge, trace_to_judge
-from lenscl.tracing.launch import checked_rays, kernel_source, trace, trace_rays
+from lenscl.tracing.launch import checked_rays, kernel_source, trace, trace_rays, trace_without
 from lenscl.tracing.numbers import TOLERANCE, picture_numbers
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import RayMap, RayPaths
@@ -19,6 +20,7 @@ from lenscl.tracing.steps import StepCount, count_steps
 
 __all__ = [
     "TOLERANCE",
+    "Call",
     "Ends",
     "Follower",
     "Nudge",
@@ -27,6 +29,7 @@ __all__ = [
     "RayMap",
     "RayPaths",
     "StepCount",
+    "calls",
     "checked_rays",
     "count_steps",
     "film_rays",
@@ -34,7 +37,10 @@ __all__ = [
     "locate",
     "methods_of",
     "picture_numbers",
+    "study_facts",
     "trace",
     "trace_rays",
     "trace_to_judge",
+    "trace_without",
+    "with_facts",
 ]

@@ -15,10 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 from lenscl import codegen, device, effects, methods
 from lenscl.codegen import KernelSource, Structure
 from lenscl.config import Scene
+from lenscl.config.scene import Frozen
 from lenscl.device import Buffer, Device
 from lenscl.errors import StudyError, TraceError
 from lenscl.methods import LAST_RESORT, Method
 from lenscl.status import RayStatus
+from lenscl.tracing.called import facts_of
 from lenscl.tracing.numbers import scene_numbers
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import RayPaths
@@ -28,7 +30,7 @@ _TILE_PIXELS = 2**20  # about 19 MB of buffers in double; the most that kernels/
 _ALMOST_ALONE = 4  # of a packet's lanes, one in so many may be put aside, as in kernels/parks.cl
 _MARCH_STEPS = 10**6  # steps through a lens's box beyond which `march` would never come home
 _REALS: dict[str, type[np.floating[Any]]] = {"single": np.float32, "double": np.float64}
-_MAP = (("st", 2), ("status", 0), ("events", 0))  # name, reals a ray; 0: one byte
+_MAP = (("st", 2), ("status", 0), ("events", 0))  # name, numbers a ray; 0: one byte
 _ARRAYS = {"map": _MAP, "legs": (*_MAP, ("origin", 3), ("direction", 3))}  # as the kernels' ends_*.cl take them
 
 
@@ -43,7 +45,8 @@ class Job:
         self.searches, self.steps = 0, 0  # where the structure counts them
         self._program = chosen.build(source.text, kind=kind)
         self._numbers = chosen.upload(source.layout.pack(scene_numbers(scene, source), self.dtype))
-        self._arrays = _ARRAYS[source.structure.ends]
+        added = ((output.name, len(output.members)) for output in source.structure.adds)
+        self._arrays = (*_ARRAYS[source.structure.ends], *added)
         self._buffers: dict[str, Buffer] = {}
 
     @classmethod
@@ -57,15 +60,18 @@ class Job:
         wanted: Device | str | None,
         counts: bool = False,
         kind: str = "trace",
+        without: str = "",
     ) -> Job:
         """Return the job of a scene, of rays and ends as `Structure` has them; method and precision replace its own.
 
-        `kind` is what its programs count as in `compile_count`.
+        `kind` is what its programs count as in `compile_count`; `without` names an effect's variant that is left out.
         """
         asked = {"numerics.method": method, "numerics.precision": precision}
         scene = scene.replace({key: value for key, value in asked.items() if value is not None})
         chosen = chosen_device(wanted)
-        structure = replace(structure_of(scene, rays, ends, chosen), counts=counts)
+        structure = structure_of(scene, rays, ends, chosen)
+        effects_in = tuple(effect for effect in structure.effects if effect.name != without)
+        structure = replace(structure, counts=counts, effects=effects_in)
         _check_steps(scene, structure)
         return cls(scene, codegen.kernel_source(structure), chosen, kind)
 
@@ -78,7 +84,8 @@ class Job:
         """Return arrays for the ends of so many rays, one row a ray."""
         try:
             return {
-                name: np.empty((rays, n), self.dtype) if n else np.empty(rays, np.uint8) for name, n in self._arrays
+                name: np.empty((rays, *((n,) if n > 1 else ())), self.dtype) if n else np.empty(rays, np.uint8)
+                for name, n in self._arrays
             }
         except MemoryError as error:
             raise TraceError(
@@ -143,17 +150,17 @@ class Job:
         points, vectors = rays_of(undecided)
         goes = vectors.any(axis=1)  # a film pixel on the source has no direction
         undecided = undecided[goes]
-        again = traced_rays(next_job, points[goes], unit_vectors(vectors[goes]))
+        again = decided_ends(next_job, points[goes], unit_vectors(vectors[goes]))
         for name, array in ends.items():
-            array[undecided] = getattr(again, name)
+            array[undecided] = again[name]
         self._escalated = len(undecided)
-        self._seconds += again.trace_seconds
+        self._seconds += next_job._seconds
 
     def _more_precise(self) -> Job | None:
         """Return the job of the next precision: double after single and mixed, then twice that where lenses have it."""
         scene = self.scene.replace({"numerics.precision": "double"})
         source = self.source.structure
-        structure = structure_of(scene, "given", "legs", self.device) if self.device.has_double else None
+        structure = structure_of(scene, "given", source.ends, self.device) if self.device.has_double else None
         if source.precision == "double":
             methods_now = tuple(
                 LAST_RESORT if row.is_guaranteed and codegen.has_twice(surface) else row
@@ -202,9 +209,14 @@ class _Parking:
 
 def traced_rays(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> RayPaths:
     """Return the paths of given rays: points and unit directions, shape (N, 3)."""
+    return RayPaths(**named(shaped(decided_ends(job, points, units), len(points))), **job.record())
+
+
+def decided_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+    """Return the ends of given rays, decided as far as that goes."""
     ends = given_ends(job, points, units)
     job.decide(ends, lambda undecided: (points[undecided], units[undecided]))
-    return RayPaths(**shaped(ends, len(points)), **job.record())
+    return ends
 
 
 def given_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
@@ -271,7 +283,7 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
         ends=ends,
         methods=methods_of(scene),
         snell=numerics.snell,
-        effects=effects.wanted({key: getattr(scene.effects, key) for key in effects.EFFECTS}),
+        effects=effects.called(scene.effects, facts_of(scene, rays_given=rays == "given")),
         precision=numerics.precision,
         width=width,
         run=chosen.run,
@@ -295,6 +307,13 @@ def _check_steps(scene: Scene, structure: Structure) -> None:
 def shaped(arrays: dict[str, NDArray[Any]], *shape: int) -> dict[str, Any]:
     """Return arrays of one row a ray with the rays in another shape."""
     return {name: array.reshape(*shape, *array.shape[1:]) for name, array in arrays.items()}
+
+
+def named(arrays: dict[str, NDArray[Any]]) -> dict[str, Any]:
+    """Return arrays as fields of a result: those that effects add are `added`."""
+    own = {name for ends in _ARRAYS.values() for name, _ in ends}
+    added = {name: array for name, array in arrays.items() if name not in own}
+    return {**{name: array for name, array in arrays.items() if name in own}, "added": Frozen(added)}
 
 
 def _tiles(rows: int, columns: int) -> Iterator[tuple[int, int, int, int, int]]:

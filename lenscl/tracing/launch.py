@@ -13,7 +13,7 @@ from lenscl.config import Scene
 from lenscl.device import Device
 from lenscl.errors import TraceError
 from lenscl.tracing.film import film_rays
-from lenscl.tracing.job import Job, chosen_device, shaped, structure_of, traced_rays, unit_vectors
+from lenscl.tracing.job import Job, chosen_device, named, shaped, structure_of, traced_rays, unit_vectors
 from lenscl.tracing.raymap import RayMap, RayPaths
 
 _FARTHEST = 1e30  # scene units: as for picture coordinates; single precision ends at 3e38
@@ -40,7 +40,23 @@ def trace(
         return arrays["origin"], arrays["direction"]
 
     job, arrays = traced("map")
-    return RayMap(**arrays, legs=legs, **job.record())
+    return RayMap(**named(arrays), legs=legs, **job.record())
+
+
+def trace_without(scene: Scene, variant: str, *, device: Device | str | None = None) -> RayMap:
+    """Trace the ray of every film pixel with one variant of an effect less than the scene calls for.
+
+    It is for finding out what that costs: where the variant steers rays they go wrong, or end elsewhere. The program
+    counts as one of kind "ablation" in `compile_count`.
+    """
+    job = Job.prepare(scene, scene.source.kind, "map", None, None, device, kind="ablation", without=variant)
+    arrays = job.run_film()
+    film = job.scene.film
+    return RayMap(**named(shaped(arrays, film.rows, film.columns)), legs=_no_legs, **job.record())
+
+
+def _no_legs() -> tuple[NDArray[Any], NDArray[Any]]:
+    raise TraceError("origin, direction: a map without one of its effects has none; trace the scene")
 
 
 def trace_rays(

@@ -31,6 +31,7 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
     values |= _prefixed("method", _method(scene, source.structure.reads()))
     for number, lens in enumerate(scene.lenses):
         values |= _prefixed(f"lens_{number}", _lens(lens, scene.n_medium))
+        values |= {f"lens_{number}.{name}": getattr(lens, name) for name, _ in source.structure.lens_reads}
         values |= _prefixed(f"shape_{number}", source.shape_values(number, lens.values))
     return values
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -12,8 +12,15 @@ from numpy.typing import NDArray
 
 from lenscl.codegen import KernelSource
 from lenscl.config import Scene
+from lenscl.config.scene import Frozen
 from lenscl.device import Device
+from lenscl.effects import EFFECTS
 from lenscl.status import RayStatus
+
+_ADDED_BY = {
+    effect.key: {output.name for some in effect.variants.values() for one in some for output in one.adds}
+    for effect in EFFECTS.values()
+}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,6 +48,8 @@ class _Rays:
         What was traced, with any method or precision asked for in the call.
     device : Device
         Where.
+    added : mapping of str to array
+        What the scene's effects add, by name. Each is an attribute, too: `raymap.path_length`.
     """
 
     st: NDArray[Any] = field(repr=False)
@@ -51,6 +60,16 @@ class _Rays:
     kernel: KernelSource = field(repr=False)
     scene: Scene = field(repr=False)
     device: Device
+    added: Mapping[str, NDArray[Any]] = field(default=Frozen(), repr=False)
+
+    def __getattr__(self, name: str) -> NDArray[Any]:
+        # Asked for what is no attribute of its own
+        added: Mapping[str, NDArray[Any]] = self.__dict__.get("added", {})
+        if name in added:
+            return added[name]
+        effect = next((key for key, names in _ADDED_BY.items() if name in names), None)
+        advice = f"; trace with effects.{effect} for it" if effect else ""
+        raise AttributeError(f"{type(self).__name__} has no {name}{advice}")
 
     def counts(self) -> dict[RayStatus, int]:
         """Return how many rays ended how; they sum to the rays."""

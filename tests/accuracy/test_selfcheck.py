@@ -198,7 +198,8 @@ FAULTS: dict[str, tuple[str, str, str, str]] = {
     "eta flipped": (
         "snell", "snell_exact.cl", "  const realv excess =", "  eta = (realv)1 / eta;\n  const realv excess ="),
     "tilted": ("snell", "snell_exact.cl", "  const realv c = max_v", f"  {TILTED}\n  const realv c = max_v"),
-    "total too early": ("snell", "snell_exact.cl", "k < (realv)0;", "k < (realv)NUMBER(0.3) * dot3(g, g);"),
+    "total too early": ("snell", "snell_exact.cl", "across), total);",
+                        "across) - (realv)NUMBER(0.3) * dot3(g, g), total);"),
     "another normal": (
         "snell", "lens.cl", "real3v n = to_world_normal(lens, gradient);",
         "real3v n = turn3(lens->to_world, gradient);"),
@@ -220,7 +221,7 @@ FAULTS: dict[str, tuple[str, str, str, str]] = {
         "at3(search.origin, search.direction, root.t * (realv)NUMBER(1.001))"),
     "takes the normal's side for the ray's": (
         "snell", "trace.cl", "const realv turns = leaves ? (realv)-1 : (realv)1;", "const realv turns = (realv)1;"),
-    "lands askew": ("place", "screen.cl", "(lands & meets) ? s :", "(lands & meets) ? t :"),
+    "lands askew": ("place", "screen.cl", "arrives ? s :", "arrives ? t :"),
     "half reflected": ("length", "effects/follow_total_reflection.cl", "(realv)-2 *", "(realv)NUMBER(-1.999) *"),
 }  # fmt: skip
 

@@ -147,7 +147,6 @@ def test_a_study_that_asks_for_an_accuracy_is_planned_first(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((), "Error: --pixel: is required; give the row and the column of a film pixel, such as --pixel 250,170\n"),
         (("--pixel", "3"), "Error: --pixel: must be ROW,COL, two whole numbers from 0 such as 250,170, got '3'\n"),
         (
             ("--pixel", "1,2,3"),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ class HandMadeMap:
     st: NDArray[Any]
     status: NDArray[np.uint8]
     device: Device
+    added: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
 
 def every_pixel(width: int, height: int) -> NDArray[np.float64]:

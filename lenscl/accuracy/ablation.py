@@ -1,0 +1,86 @@
+"""What each effect of a scene costs: it is traced with and without it, in turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lenscl.accuracy.front import coarser
+from lenscl.accuracy.statistics import median, median_bounds
+from lenscl.config import Scene
+from lenscl.device import Device
+from lenscl.tracing import calls, trace, trace_without
+
+ROUNDS = 9
+_SEED = 11  # of the order within the rounds
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cost:
+    """What one fragment adds to the time of a ray, in nanoseconds by the device's clock.
+
+    Attributes
+    ----------
+    ns : float
+        Median over the rounds of the difference between a trace with it and one without.
+    low, high : float
+        95 % bounds of that median.
+    changed : float
+        Share of the rays that end otherwise without it: what they then cost is in the difference, too.
+    """
+
+    ns: float
+    low: float
+    high: float
+    changed: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ablation:
+    """A scene's time and what its effects have in it.
+
+    Attributes
+    ----------
+    ns : float
+        Nanoseconds a ray with all effects, the median.
+    costs : mapping of str to Cost
+        By the name of the variant.
+    rays, rounds : int
+        Of the film that was traced, and how often.
+    """
+
+    ns: float
+    costs: dict[str, Cost]
+    rays: int
+    rounds: int
+
+
+def ablate(scene: Scene, device: Device, rounds: int = ROUNDS) -> Ablation:
+    """Time a scene with all that it calls for, and with one fragment less, for each.
+
+    Parameters
+    ----------
+    scene : Scene
+        With its method and precision; a large film is made coarser.
+    device : Device
+    rounds : int
+        How often all take turns, in another order each time.
+    """
+    scene = coarser(scene)
+    names = ["", *(call.variant.name for call in calls(scene) if call.variant is not None and call.is_in)]
+    times = {name: [0.0] * rounds for name in names}
+    random = np.random.default_rng(_SEED)
+    for turn in range(-1, rounds):  # the first warms up
+        for name in random.permutation(names).tolist():
+            raymap = trace_without(scene, name, device=device) if name else trace(scene, device=device)
+            if turn >= 0:
+                times[name][turn] = raymap.trace_seconds / raymap.status.size * 1e9
+    whole, costs = trace(scene, device=device), {}
+    for name in names[1:]:
+        less = trace_without(scene, name, device=device)
+        changed = ((less.status != whole.status) | (less.events != whole.events)).mean()
+        apart = [with_it - without for with_it, without in zip(times[""], times[name], strict=True)]
+        low, high = median_bounds(apart)
+        costs[name] = Cost(ns=median(apart), low=low, high=high, changed=float(changed))
+    return Ablation(ns=median(times[""]), costs=costs, rays=whole.status.size, rounds=rounds)

@@ -1,0 +1,124 @@
+"""What `lenscl explain` prints of a study: its effects, in or out, and why."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lenscl.cli.group import plain
+from lenscl.cli.table import print_table, share
+
+_MOST_CHANGED = 0.01  # of the rays that end otherwise without an effect: beyond, times tell no more what it costs
+
+if TYPE_CHECKING:
+    from lenscl.accuracy.ablation import Ablation, Cost
+    from lenscl.config import Scene, Study
+    from lenscl.device import Device
+    from lenscl.tracing import Call
+
+
+def explain_study(study: Study, *, as_json: bool) -> None:
+    """Print which effects are compiled into a study's kernels, which are left out, why, and what they cost."""
+    from lenscl import device
+    from lenscl.accuracy import largest_size, planner_of
+    from lenscl.accuracy.ablation import ablate
+    from lenscl.tracing import calls, study_facts, with_facts
+
+    chosen = device.choose()
+    scene = with_facts(study.scene, study_facts(study))
+    if scene.numerics.accuracy is not None:
+        plan = planner_of(chosen).plan(scene, largest_size(scene, study.images))
+        click.echo(plain(f"accuracy: {plan.achieved}"), err=True)
+        scene = plan.combination.of(scene)
+    found, timed = list(calls(scene)), ablate(scene, chosen)
+    if as_json:
+        click.echo(json.dumps(_document(study, scene, found, timed, chosen), indent=2))
+    else:
+        _print(study, scene, found, timed, chosen)
+
+
+def _always(scene: Scene) -> list[tuple[str, bool, str, str]]:
+    """Return what belongs to every kernel: its name, whether it is in, its fragment, and why."""
+    bends = "at every entry and exit"
+    rows = [("refraction", True, f"snell_{scene.numerics.snell}", f"{bends}, by the {scene.numerics.snell} law")]
+    others = [scene.lens_key(number) for number, lens in enumerate(scene.lenses) if not lens.surface.is_convex]
+    why = f"a ray may meet {' and '.join(others)} again" if others else "no ray that left a convex solid meets it again"
+    return [*rows, ("re-entry", bool(others), "", why)]
+
+
+def _print(study: Study, scene: Scene, found: list[Call], timed: Ablation, chosen: Device) -> None:
+    rows = [
+        (name, "in" if is_in else "out", "always" if is_in else "derived", fragment, "", why)
+        for name, is_in, fragment, why in _always(scene)
+    ]
+    for call in found:
+        cost = timed.costs.get(call.variant.name) if call.variant else None
+        rows.append(
+            (
+                call.effect.key,
+                "in" if call.is_in else "out",
+                "derived" if call.asked == "auto" else "asked" if call.is_in else "",
+                call.variant.name if call.variant else "",
+                _spelled(cost) if cost else "",
+                plain(call.why),
+            )
+        )
+    click.echo(plain(f"{study.title}: {_points(study)}"))
+    click.echo()
+    print_table(("effect", "", "", "fragment", "ns a ray", "why"), rows, 6)
+    click.echo()
+    for label, text in _circumstances(scene, timed, chosen).items():
+        click.echo(plain(f"{label:8}{text}"))
+
+
+def _spelled(cost: Cost) -> str:
+    if cost.changed > _MOST_CHANGED:
+        return f"changes {share(cost.changed)} of the rays"
+    return f"{cost.ns:+.2f} ({cost.low:+.2f} to {cost.high:+.2f})"
+
+
+def _points(study: Study) -> str:
+    count = study.point_count()
+    return "decided for its one point" if count == 1 else f"decided once for all {count:,} points"
+
+
+def _circumstances(scene: Scene, timed: Ablation, chosen: Device) -> dict[str, str]:
+    numerics = scene.numerics
+    return {
+        "time": f"{timed.ns:.3g} ns a ray with all that is in, warm, median of {timed.rounds} rounds; "
+        "ns a ray: what each adds, the median of paired differences, with its 95 % bounds",
+        "rays": f"{timed.rays:,}, method {numerics.method}, {numerics.precision} precision",
+        "device": ", ".join(f"{value}" for value in chosen.circumstances().values()),
+    }
+
+
+def _document(study: Study, scene: Scene, found: list[Call], timed: Ablation, chosen: Device) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    return {
+        "title": study.title,
+        "points": study.point_count(),
+        "effects": [
+            {"effect": name, "in": is_in, "asked": None, "fragment": fragment or None, "why": why, "cost": None}
+            for name, is_in, fragment, why in _always(scene)
+        ]
+        + [
+            {
+                "effect": call.effect.key,
+                "in": call.is_in,
+                "asked": call.asked,
+                "fragment": call.variant.name if call.variant else None,
+                "why": call.why,
+                "cost": asdict(timed.costs[call.variant.name]) if call.variant and call.is_in else None,
+            }
+            for call in found
+        ],
+        "ns": timed.ns,
+        "rays": timed.rays,
+        "rounds": timed.rounds,
+        "method": scene.numerics.method,
+        "precision": scene.numerics.precision,
+        **chosen.circumstances(),
+    }

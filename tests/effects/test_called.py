@@ -1,0 +1,118 @@
+"""What `auto` leaves out is proved: tracing with it forced in makes the same map."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scenes import make_scene
+
+from lenscl import trace, trace_rays
+from lenscl.config import Scene, study_from_toml
+from lenscl.tracing import calls, study_facts
+
+SPHERE: dict[str, Any] = {"surface": "sphere", "r": 0.6}
+
+
+def total_reflection(scene: Scene, **how: Any) -> tuple[bool, str]:
+    (call,) = [call for call in calls(scene, **how) if call.effect.key == "total_reflection"]
+    return call.is_in, call.why
+
+
+@pytest.mark.parametrize(
+    ("lens", "more", "why"),
+    [
+        (SPHERE, {}, "rays leave the sphere"),
+        (SPHERE | {"n": 2.417}, {"medium": 1.3}, "rays leave the sphere"),
+        ({"surface": "ball", "diameter": 1.0, "stretch": [-1.2, 1.2, 1.2], "rotate": [10, 20, 30]}, {}, "sphere"),
+        ({"surface": "ellipsoid", "a": 0.5, "b": 1.0, "stretch": [1.6, 0.8, 0.8]}, {}, "sphere"),
+        ({"surface": "torus", "n": 1.25}, {"medium": 1.25}, "has the index around it"),
+        ({"surface": "torus"}, {"numerics": {"snell": "paraxial"}}, "paraxial rule never"),
+        ({"surface": "torus", "absorbs": True}, {}, "is opaque"),
+        (SPHERE, {"source": {"kind": "parallel", "direction": [0, 0, -1]}}, "sphere"),
+    ],
+)
+@pytest.mark.parametrize("precision", ["single", "double"])
+def test_total_reflection_is_left_out_where_it_cannot_be(
+    lens: dict[str, Any], more: dict[str, Any], why: str, precision: str
+) -> None:
+    scene = make_scene(lens, **more, film={"size": [64, 64]}).replace({"numerics.precision": precision})
+    is_in, reason = total_reflection(scene)
+    assert not is_in
+    assert why in reason
+    bare, forced = trace(scene), trace(scene.replace({"effects.total_reflection": "follow"}))
+    assert "total_reflection" not in bare.kernel.text.replace("// effects", "")
+    assert "follow_total_reflection" in forced.kernel.text or scene.numerics.snell == "paraxial"
+    np.testing.assert_array_equal(bare.st, forced.st)
+    np.testing.assert_array_equal(bare.status, forced.status)
+    np.testing.assert_array_equal(bare.events, forced.events)
+    assert (bare.events > 0).sum() > 300
+
+
+@pytest.mark.parametrize(
+    ("lens", "more"),
+    [
+        (SPHERE | {"n": 0.8}, {}),  # on entry
+        (SPHERE | {"stretch": [1.0, 1.0, 1.001]}, {}),
+        ({"surface": "ellipsoid", "a": 0.5}, {}),
+        (SPHERE, {"source": {"kind": "point", "at": [0.0, 0.0, 0.1]}}),
+        (SPHERE, {"source": {"kind": "point", "at": [0.0, 0.0, 0.6]}}),  # on it
+        ({"surface": "torus", "absorbs": True}, {"effects": {"absorption": False}}),
+        ({"surface": "torus"}, {}),
+    ],
+)
+def test_it_stays_where_that_is_not_proved(lens: dict[str, Any], more: dict[str, Any]) -> None:
+    assert total_reflection(make_scene(lens, **more))[0]
+
+
+def test_rays_of_the_callers_own_may_start_within() -> None:
+    scene = make_scene(SPHERE | {"n": 1.9})
+    assert total_reflection(scene, rays_given=True)[0]
+    rays = trace_rays(scene, [[0.0, 0.55, 0.0]], [[0.0, 0.05, 1.0]])
+    assert rays.events[0] == 16  # round and round
+
+
+def test_grazing_rays_leave_a_sphere_whatever_rounding_says() -> None:
+    """A ray that just enters meets the other side at the critical angle; rounding must not keep it in."""
+    random = np.random.default_rng(2)
+    r = 0.6
+    scene = make_scene(SPHERE | {"n": 1.5}, film={"size": [512, 512], "right": [0.6, 0, 0], "down": [0, -0.6, 0]})
+    for precision in ("single", "double"):
+        for _ in range(3):
+            # The film's pixels on the ball's outline, to a few roundings
+            out = 4.0 * r / np.sqrt(16 - r**2) * 1.5 / 4 * (1 - 10.0 ** -random.uniform(6, 15))
+            corner = [float(-out * (1 + 1 / 1024)), 0.0, 2.5]
+            edge = scene.replace(
+                {"film.corner": corner, "film.right": [out / 1024, 0, 0], "film.size": [8, 1],
+                 "film.down": [0.0, -1e-9, 0.0], "numerics.precision": precision}
+            )  # fmt: skip
+            found = trace(edge)
+            assert "follow_total_reflection" not in found.kernel.text
+            assert set(np.unique(found.events)) <= {0, 2}
+            assert np.isfinite(found.st).all()
+
+
+def test_a_study_is_decided_for_all_its_points() -> None:
+    text = make_scene(SPHERE).to_toml()
+    fact = "total reflection is possible"
+    assert fact not in study_facts(study_from_toml(text))
+    for axis, is_in in (
+        ('"lens.r" = [0.2, 0.4]', False),
+        ('"lens.n" = [1.2, 1.5]', False),
+        ('"lens.n" = [0.9, 1.5]', True),
+        ('"lens.stretch.x" = [1.0, 1.1]', True),
+        ('"film.scale" = [1.0, 1.1]', False),
+        ('"film.scale" = { linspace = [1.0, 1.1, 5000] }', False),
+        ('"lens.r" = { linspace = [0.2, 0.4, 5000] }', True),  # too many to look at
+    ):
+        assert (fact in study_facts(study_from_toml(f"{text}\n[sweep.axes]\n{axis}\n"))) == is_in, axis
+
+
+def test_a_fact_of_the_study_stays_with_the_scene_and_is_explained() -> None:
+    from lenscl.tracing import with_facts
+
+    scene = with_facts(make_scene(SPHERE), frozenset({"total reflection is possible"}))
+    is_in, why = total_reflection(scene.replace({"lens.r": 0.3}))
+    assert is_in
+    assert why == "another point of the study needs it"
