@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import os
+import sys
 
 import pytest
 from hypothesis import HealthCheck, settings
+from probe import plain_device
+
+from lenscl import device
 
 settings.register_profile("tests", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("explore", deadline=None, max_examples=2000, suppress_health_check=[HealthCheck.too_slow])
@@ -23,3 +27,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         for item in items:
             if "slow" in item.keywords:
                 item.add_marker(skip)
+
+
+@pytest.fixture
+def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the device that is chosen unasked be one that compiles fast; see `plain_device`."""
+    chosen = plain_device()
+    others = [each for each in device.devices() if each.label != chosen.label]
+    monkeypatch.setattr(sys.modules["lenscl.device.choose"], "_devices", lambda: (chosen, *others))

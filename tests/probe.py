@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -17,16 +17,31 @@ REALS: dict[str, Any] = {"single": np.float32, "double": np.float64}
 FORMS = [(p, w) for p, widths in (("single", (1, 4, 8, 16, 32)), ("double", (1, 2, 8, 16))) for w in widths]
 
 
+@cache
 def device_of_width(single: int, double: int) -> device.Device:
-    """Return this machine's device with packets of other widths."""
+    """Return this machine's device with packets of other widths: the same one each time, with what it has built."""
     return replace(device.choose(), widths=(single, double))
+
+
+PLAIN = ("-cl-opt-disable",)
+
+
+@cache
+def plain_device(width: int = 4) -> device.Device:
+    """Return this machine's device as it compiles in a fourth of the time: few lanes, and nothing optimised.
+
+    For tests of what is done with a kernel's answers, or of what its text says; not of what a compiler makes of it.
+    """
+    here = device.choose()
+    return replace(here, widths=(width, width), build_options=(*here.build_options, *PLAIN))
 
 
 @dataclass(frozen=True)
 class Probe:
     """A step of the kernels as a function of arrays.
 
-    `body` computes `out_0 ... ` from `in_0 ...`, all realv; `between` is C text put behind the fragments.
+    `body` computes `out_0 ... ` from `in_0 ...`, all realv; `before` is C text put before the fragments. A plain one is
+    not optimised.
     """
 
     fragments: tuple[str, ...]
@@ -36,6 +51,7 @@ class Probe:
     precision: str
     width: int
     before: str = ""
+    is_plain: bool = False
 
     @cached_property
     def _program(self) -> device.Program:
@@ -64,7 +80,7 @@ class Probe:
                 "}",
             ]
         )
-        return device.choose().build(text, kind="probe")
+        return device.choose().build(text, options=PLAIN if self.is_plain else (), kind="probe")
 
     def __call__(self, *columns: ArrayLike) -> NDArray[np.float64]:
         """Return shape (N, outputs) for inputs of N numbers each; N is padded to whole packets."""

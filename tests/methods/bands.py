@@ -18,14 +18,17 @@ SYMBOLS = {"x": "x", "y": "y", "z": "z", "k": "k"}
 
 
 class Bands:
-    """Expressions' bands in x, y, z (bands) and k (an exact number), as functions of theirs, in one program."""
+    """Expressions' bands in x, y, z (bands) and k (an exact number), as functions of theirs, in one program.
+
+    What is edited is built plainly: it only has to be seen to be wrong.
+    """
 
     def __init__(
         self,
         expressions: Sequence[Expr],
         precision: str,
         width: int,
-        edit: Callable[[str], str] = lambda text: text,
+        edit: Callable[[str], str] | None = None,
     ) -> None:
         body = [
             f"const band_t {name} = {{in_{i}, in_{i + 1}, in_{i + 2}}};"
@@ -38,7 +41,8 @@ class Bands:
             body += [f"out_{3 * i} = c.mid; out_{3 * i + 1} = c.rise; out_{3 * i + 2} = c.error;", "}"]
         words = "\n".join(fragment(name) for name in METHODS["interval"].words)
         count = 3 * len(expressions)
-        self._probe = Probe((), "\n".join(body), 10, count, precision, width, edit(words))
+        before = edit(words) if edit else words
+        self._probe = Probe((), "\n".join(body), 10, count, precision, width, before, is_plain=edit is not None)
 
     def __call__(self, x: Array, y: Array, z: Array, k: ArrayLike = 0.0) -> Array:
         """Return shape (expressions, N, 3): mid, rise, error; x, y, z likewise."""

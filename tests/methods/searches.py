@@ -30,7 +30,10 @@ class Roots:
 
 
 class Search:
-    """A method's `first_root` of a surface as a function of rays in local space."""
+    """A method's `first_root` of a surface as a function of rays in local space.
+
+    What is edited is built plainly: it only has to be seen to be wrong.
+    """
 
     def __init__(
         self,
@@ -40,12 +43,18 @@ class Search:
         method: str = "interval",
         precision: str = "double",
         width: int = 8,
-        edit: Callable[[str], str] = lambda text: text,
+        edit: Callable[[str], str] | None = None,
     ) -> None:
         row = METHODS[method]
         spelling = parameter_spelling(surface)
         shape = "".join(f"  real {spelled};\n" for spelled in spelling.values()) or "  real none;\n"
-        sets = "".join(f"  shape.{c_name} = (real){values[name]!r};\n" for name, c_name in spelling.items())
+        # A ray's row ends with the parameters, so that other numbers are no other kernel
+        self._parameters = [float(values[name]) for name in spelling]
+        inputs = 9 + len(self._parameters)
+        sets = "".join(
+            f"  shape.{c_name} = in[first * {inputs} + {place}];\n"
+            for place, c_name in enumerate(spelling.values(), start=9)
+        )
         before = "\n".join(
             [
                 "typedef struct { real none; } method_t;",
@@ -75,13 +84,14 @@ class Search:
   out_0 = root.t;
   out_1 = root.found ? (realv)1 : (realv)0;
   out_2 = root.undecided ? (realv)1 : (realv)0;"""
-        self._probe = Probe((), body, 9, 3, precision, width, edit(before))
+        text = edit(before) if edit else before
+        self._probe = Probe((), body, inputs, 3, precision, width, text, is_plain=edit is not None)
 
     def __call__(
         self, o: Array, d: Array, length: ArrayLike, inside: ArrayLike = False, departs: ArrayLike = False
     ) -> Roots:
         flags = (np.asarray(flag, float) for flag in (inside, departs))
-        out = self._probe(*o.T, *d.T, np.asarray(length, float), *flags)
+        out = self._probe(*o.T, *d.T, np.asarray(length, float), *flags, *self._parameters)
         return Roots(out[:, 0], out[:, 1] > 0, out[:, 2] > 0)
 
 

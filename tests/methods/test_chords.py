@@ -137,7 +137,7 @@ def test_no_ray_depends_on_the_others_of_its_packet(precision: Any) -> None:
 class Chords:
     """The chords alone: a ray that the box would be asked for is not certain here, and nothing else is done for it."""
 
-    def __init__(self, precision: str, edit: Callable[[str], str] = str) -> None:
+    def __init__(self, precision: str, edit: Callable[[str], str] | None = None) -> None:
         ellipsoid = surface("ellipsoid")
         before = "\n".join(
             [
@@ -150,7 +150,7 @@ class Chords:
                 "static inline root_t s_root_in_box(const lens_t *lens, search_t *search, s_t shape,"
                 " const method_t *method, realv *from) {"
                 " root_t root = no_root(); root.undecided = search->lanes; *from = (realv)0; return root; }",
-                edit(fragment("ahead_chord.cl")),
+                edit(fragment("ahead_chord.cl")) if edit else fragment("ahead_chord.cl"),
             ]
         )
         body = """
@@ -169,7 +169,7 @@ class Chords:
   out_0 = from + root.t;
   out_1 = root.found ? (realv)1 : (realv)0;
   out_2 = root.undecided ? (realv)1 : (realv)0;"""
-        self._probe = Probe((), body, 7, 3, precision, 8, before)
+        self._probe = Probe((), body, 7, 3, precision, 8, before, is_plain=edit is not None)
 
     def __call__(self, o: Array, d: Array, entered: Any) -> tuple[Array, Any, Any]:
         out = self._probe(*o.T, *d.T, np.asarray(entered, float))

@@ -51,21 +51,22 @@ def sampled(surface: Surface, values: dict[str, float], o: Array, d: Array, t: A
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_no_sampled_inside_comes_before_the_first_root(name: str) -> None:
+def test_no_sampled_inside_comes_before_the_first_root(name: str, request: pytest.FixtureRequest) -> None:
+    count = RAYS if request.config.getoption("--slow") else RAYS // 4
     surface, values = surface_of(name)
     low, high = np.asarray(surface.box(values))
-    o, d, length = box_rays((low - 1e-3, high + 1e-3), RAYS, 3)
+    o, d, length = box_rays((low - 1e-3, high + 1e-3), count, 3)
     roots = Search(surface, values)(o, d, length)
 
-    first = np.full(RAYS, np.inf)
-    for part in np.array_split(np.arange(RAYS), 20):
+    first = np.full(count, np.inf)
+    for part in np.array_split(np.arange(count), 20):
         t = (np.arange(SAMPLES) + 0.5) / SAMPLES * length[part, None]
         inside = sampled(surface, values, o[part], d[part], t) < -1e-13
         first[part] = np.where(inside.any(1), t[np.arange(len(part)), inside.argmax(1)], np.inf)
 
-    assert np.isfinite(first).sum() > RAYS // 10
+    assert np.isfinite(first).sum() > count // 10
     assert not (roots.undecided & np.isfinite(first)).any()
-    assert roots.undecided.sum() <= RAYS // 2000  # tangent to within rounding
+    assert roots.undecided.sum() <= count // 2000  # tangent to within rounding
     assert not (np.isfinite(first) & ~roots.found).any(), "missed events"
     late = roots.found & (roots.t > first)
     assert not late.any(), "events after the first"
@@ -275,11 +276,13 @@ def test_a_fault_in_the_search_is_seen(fault: str) -> None:
         return text.replace(old, new)
 
     wrong = 0
-    for name in ("gyroid slab in a ball", "torus", "waves"):
+    for name in ("waves", "gyroid slab in a ball", "torus"):
         surface, values = surface_of(name)
         o, d, length = box_rays(CUBE, RAYS, 3)
         right, other = (Search(surface, values, edit=each)(o, d, length) for each in (str, edit))
         wrong += int((right.found & (~other.found | (np.abs(other.t - right.t) > 1e-9))).sum())
+        if wrong > 10:
+            break
     assert wrong > 10
 
 
