@@ -11,6 +11,7 @@ from lenscl.hardcases import Answers, Case, Pack, Verdict, by_family, load_pack,
 
 # Rays that may be left undecided: chords 1e-16 below a rim, rays that touch a point; F without a value, or a square
 UNDECIDED = {"short chord": 5, "bifolia": 4, "expression": 100}
+WORST = {"double": 4.0, "single": 16.0}  # roundings as a ray's condition magnifies them; 2.6 was seen in double
 # Shares of rays whose path may be another than the exact one, or is not told
 BESIDE: dict[str, dict[str, float]] = {
     "double": {"expression": 0.1},
@@ -50,6 +51,7 @@ def test_nothing_in_the_pack_is_wrong(pack: Pack, precision: str, families: tupl
     assert complaints(found) == []
     assert [each.refusal for each in found if each.refusal] == []
     assert sum(each.rays for each in found) > (7_000 if families else 20_000)
+    assert max(each.worst for each in found) < WORST[precision]
     # What rounding decides is bounded, family by family; and the axis of the bifolia is beyond any number of digits
     for family in by_family(found):
         assert family.undecided <= UNDECIDED.get(family.family, 0), family
