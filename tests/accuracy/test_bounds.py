@@ -41,13 +41,16 @@ def judged(places: Places, found: Any, by: float = 1.0, off: float = 0.0) -> np.
     return error[lands] / (by * places.bound[lands])
 
 
-def test_every_bound_holds_whatever_the_precision(certified) -> None:
+def test_every_bound_holds_whatever_the_precision(certified, request: pytest.FixtureRequest) -> None:
     for precision in PRECISIONS:
+        is_whole = precision != "mixed" or request.config.getoption("--slow")
+        names = NAMES if is_whole else ("torus", "air torus in glass", "bench heart-close")
         verdicts: list[Verdict] = [
-            verdict(trace(scene, precision=precision), pixels, found) for scene, pixels, found in certified.values()
+            verdict(trace(scene, precision=precision), pixels, found)
+            for scene, pixels, found in (certified[name] for name in names)
         ]
         ratios = np.concatenate([each.ratios for each in verdicts])
-        assert len(ratios) > 0.75 * PIXELS * len(NAMES)
+        assert len(ratios) > 0.75 * PIXELS * len(names)
         assert sum(each.without for each in verdicts) < 0.02 * len(ratios)
         assert ratios.max() <= 1.0, precision
         if precision == "single":  # what is off by single precision is known almost exactly

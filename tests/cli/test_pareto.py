@@ -15,6 +15,7 @@ from lenscl.accuracy import Combination, front
 from lenscl.imaging import read_picture
 from lenscl.views import front_plot
 
+pytestmark = pytest.mark.usefixtures("plain_kernels")  # what is made of their answers is tested here
 Run = Callable[..., Result]
 FEW = [
     Combination(method="polynomial", precision="single"),
@@ -30,7 +31,8 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def asking(study_path: Path) -> Path:
+def asking(study_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr("lenscl.accuracy.planning._PIXELS", (2**13, 2**13))  # the fewest that are planned on
     text = re.sub(r"\[numerics\][^\[]*", "", study_path.read_text())
     study_path.write_text(f"{text}\n[numerics]\naccuracy = '0.01 px'\n")
     return study_path
