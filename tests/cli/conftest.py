@@ -36,10 +36,8 @@ def starter(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture
-def study_path(starter: Path, tmp_path: Path) -> Path:
-    """The starter study with a small film and two of its pictures."""
-    folder = tmp_path / "study"
+def small_study(starter: Path, folder: Path) -> Path:
+    """Copy the starter study into a new folder, with a small film and two of its pictures; its file."""
     shutil.copytree(starter, folder)
     for path in sorted((folder / "pictures").iterdir())[2:]:
         path.unlink()
@@ -48,6 +46,18 @@ def study_path(starter: Path, tmp_path: Path) -> Path:
     assert text.count("size = [256, 256]") == 1
     path.write_text(text.replace("size = [256, 256]", "size = [32, 20]"))
     return path
+
+
+@pytest.fixture
+def study_path(starter: Path, tmp_path: Path) -> Path:
+    """The starter study with a small film and two of its pictures."""
+    return small_study(starter, tmp_path / "study")
+
+
+@pytest.fixture(scope="session")
+def small_starter(starter: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same as `study_path`, once: to be read only."""
+    return small_study(starter, tmp_path_factory.mktemp("small") / "study")
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 from pathlib import Path
@@ -92,20 +93,25 @@ def test_an_interrupted_new_leaves_nothing(command, tmp_path: Path, is_there: bo
     folder = tmp_path / "hello"
     if is_there:
         folder.mkdir()
-    faults = (
+    small = (
         "import os, signal, lenscl.imaging\n"
-        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # though the parent may ignore it
         "draw = lenscl.imaging.draw\n"
         "def drawn(name, size):\n"
+        "    return draw(name, 16)\n"
+        "lenscl.imaging.draw = drawn\n"
+    )
+    faults = (
+        f"{small}signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # though the parent may ignore it
+        "def interrupted(name, size):\n"
         "    if name == list(lenscl.imaging.SAMPLES)[1]: os.kill(os.getpid(), signal.SIGINT)\n"
-        "    return draw(name, size)\n"
-        "lenscl.imaging.draw = drawn"
+        "    return drawn(name, size)\n"
+        "lenscl.imaging.draw = interrupted"
     )
     done = subprocess.run(command("new", folder, faults=faults), capture_output=True, text=True, timeout=120)
     assert done.returncode in (130, -signal.SIGINT)
     assert [path.name for path in tmp_path.iterdir()] == (["hello"] if is_there else [])
     assert not is_there or not list(folder.iterdir())
-    assert subprocess.run(command("new", folder), capture_output=True, timeout=120).returncode == 0
+    assert subprocess.run(command("new", folder, faults=small), capture_output=True, timeout=120).returncode == 0
     assert sorted(path.name for path in folder.iterdir()) == ["pictures", "study.toml"]
 
 
@@ -117,11 +123,13 @@ def test_a_finished_sweep_leaves_images_one_table_and_a_lock(lenscl, study_path:
     assert others == {"sweep.sqlite", "sweep.lock"}
 
 
-def test_two_starters_do_not_write_over_each_other(lenscl, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_starters_do_not_write_over_each_other(
+    lenscl, starter: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     few = ("--set", "lens.r=0.2", "--set", "film.size=[16, 16]")
     for name in ("one", "two"):
-        assert lenscl("new", name).exit_code == 0
+        shutil.copytree(starter, name)
     assert lenscl("sweep", "one/study.toml", *few).exit_code == 0
     refused = lenscl("sweep", "two/study.toml", *few, "--set", "lens.R=0.6")
     assert refused.exit_code == 1

@@ -42,10 +42,10 @@ os.replace = replace
 """
 
 
-@pytest.fixture
-def undisturbed(study_path: Path, command, finish, outputs) -> dict[str, bytes]:
-    out = study_path.parent / "undisturbed"
-    done = finish(command("sweep", study_path, "-o", out))
+@pytest.fixture(scope="session")
+def undisturbed(small_starter: Path, command, finish, outputs) -> dict[str, bytes]:
+    out = small_starter.parent.parent / "undisturbed"
+    done = finish(command("sweep", small_starter, "-o", out))
     assert done.returncode == 0, done.stderr
     made = outputs(out)
     assert len(made) == IMAGES
