@@ -13,6 +13,7 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from kernels.simulated import broken
 from numpy.typing import NDArray
 from probe import device_of_width
 from scenes import CATALOGUE, make_scene
+from thinned import thinned
 
 import lenscl
 from lenscl import RayStatus, trace, trace_rays
@@ -53,20 +55,20 @@ SCENES: dict[str, Scene] = {
         {"surface": "torus", "n": 2.4, **TURNED}, film={"size": SIZE}, effects={"total_reflection": "end"}
     ),
 }
-FEW = ("torus", "heart", "prism", "several")
-EACH = pytest.mark.parametrize(
-    "name", [name if name in FEW else pytest.param(name, marks=pytest.mark.slow) for name in SCENES]
+FEW = (
+    *(("torus", precision) for precision in PRECISIONS),
+    *(("heart", "single"), ("prism", "double"), ("several", "mixed")),
 )
+EACH = pytest.mark.parametrize(("name", "precision"), thinned(product(SCENES, PRECISIONS), FEW))
 DIGESTS = """
 import sys
-from kernels.test_determinism import FEW, PRECISIONS, SCENES, bytes_of
+from kernels.test_determinism import FEW, SCENES, bytes_of
 from lenscl import trace
 from lenscl.device import choose
 print(choose().units)
-for name in FEW:
+for name, precision in FEW:
     scene = SCENES[name].replace({"film.size": [203, 131]})
-    for precision in PRECISIONS:
-        print(name, precision, bytes_of(trace(scene, precision=precision)))
+    print(name, precision, bytes_of(trace(scene, precision=precision)))
 """
 
 
@@ -83,7 +85,6 @@ def roundings_apart(one: RayMap, other: RayMap, precision: str) -> NDArray[np.fl
     return ratio
 
 
-@pytest.mark.parametrize("precision", PRECISIONS)
 @EACH
 def test_a_scene_traced_again_gives_the_same_bytes(name: str, precision: str) -> None:
     first, again = (trace(SCENES[name], precision=precision) for _ in range(2))
@@ -106,15 +107,15 @@ def test_one_thread_and_two_give_the_same_bytes() -> None:
         assert done.returncode == 0, done.stderr
         units, *digests = done.stdout.splitlines()
         assert units == threads
-        assert len(digests) == len(FEW) * len(PRECISIONS)
+        assert len(digests) == len(FEW)
         said.append(digests)
     assert said[0] == said[1]
 
 
-@pytest.mark.parametrize("precision", PRECISIONS)
 @EACH
 def test_packets_of_any_width_end_alike_and_within_the_bound_of_contraction(name: str, precision: str) -> None:
-    widths = [(1, 1), (4, 4), (32, 16)] if name in FEW else [(1, 1), (2, 2), (4, 4), (8, 8), (16, 16), (32, 16)]
+    is_few = (name, precision) in FEW
+    widths = [(1, 1), (4, 4), (32, 16)] if is_few else [(1, 1), (2, 2), (4, 4), (8, 8), (16, 16), (32, 16)]
     maps = [trace(SCENES[name], precision=precision, device=device_of_width(*width)) for width in widths]
     first, lens = maps[0], (maps[0].events > 0).ravel()
     for other in maps[1:]:
@@ -136,7 +137,6 @@ def test_places_two_roundings_of_their_condition_apart_are_seen() -> None:
     assert np.nanmax(roundings_apart(first, first, "double")) == 0.0
 
 
-@pytest.mark.parametrize("precision", PRECISIONS)
 @EACH
 def test_films_in_other_tiles_give_the_same_bytes(name: str, precision: str, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = bytes_of(trace(SCENES[name], precision=precision))
@@ -155,7 +155,6 @@ def test_a_kernel_that_knows_a_rays_place_in_its_tile_is_seen(monkeypatch: pytes
         assert (trace(SCENES["torus"]).st != whole.st).any()
 
 
-@pytest.mark.parametrize("precision", PRECISIONS)
 @EACH
 def test_rays_in_any_order_and_number_end_at_the_same_bytes(name: str, precision: str) -> None:
     scene = SCENES[name]

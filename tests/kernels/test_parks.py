@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 from probe import device_of_width
 from scenes import make_scene
+from thinned import thinned
 
 import lenscl
 from lenscl.tracing import job
@@ -14,7 +17,9 @@ SCENES = {
     "ellipsoid": {"surface": "ellipsoid", "a": 1.0, "b": 0.8, "c": 0.6},  # 1 % of its rays are trapped at the rim
     "bifolia": {"surface": "bifolia", "n": 2.4},
 }
+PRECISIONS = ("single", "double", "mixed")
 WIDTHS = [(32, 16), (4, 4)]
+EVERY_TWO = [(name, each, WIDTHS[(i + k) % 2]) for i, name in enumerate(SCENES) for k, each in enumerate(PRECISIONS)]
 
 
 @pytest.fixture
@@ -37,9 +42,7 @@ def scene_of(name: str) -> lenscl.Scene:
     return make_scene(SCENES[name], film={"size": [203, 131]}).replace({"numerics.max_events": 40})
 
 
-@pytest.mark.parametrize("widths", WIDTHS)
-@pytest.mark.parametrize("precision", ["single", "double", "mixed"])
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(("name", "precision", "widths"), thinned(product(SCENES, PRECISIONS, WIDTHS), EVERY_TWO))
 def test_a_map_is_the_same_whether_rays_are_put_aside_or_not(
     name: str, precision: str, widths: tuple[int, int], aside: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
