@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 from scenes import make_scene
+from thinned import thinned
 
 import lenscl
 from lenscl.status import RayStatus
@@ -21,8 +24,13 @@ def rays(seed: int, far: float = 3.0, within: float = 0.9) -> tuple[np.ndarray, 
     return o, d / np.linalg.norm(d, axis=1, keepdims=True)
 
 
-@pytest.mark.parametrize("precision", ["single", "double", "mixed"])
-@pytest.mark.parametrize("size", ["1", "1e4", "1e8", "1e12"])
+@pytest.mark.parametrize(
+    ("size", "precision"),
+    thinned(
+        product(("1", "1e4", "1e8", "1e12"), ("single", "double", "mixed")),
+        [("1", "double"), ("1e4", "mixed"), ("1e8", "single"), ("1e12", "double"), ("1e12", "single")],
+    ),
+)
 def test_faces_of_any_size_make_the_same_solid(size: str, precision: str) -> None:
     o, d = rays(1)
 
@@ -95,9 +103,13 @@ def test_lenses_scaled_by_their_own_lengths_give_the_same_paths_bit_for_bit(name
     np.testing.assert_array_equal(other.origin, one.origin * 2.0**power)
 
 
-@pytest.mark.parametrize("precision", ["single", "mixed", "double"])
 @pytest.mark.parametrize("power", [-38, -20, 20, 38])
-@pytest.mark.parametrize("degree", [4, 6, 8])
+@pytest.mark.parametrize(
+    ("degree", "precision"),
+    thinned(
+        product((4, 6, 8), ("single", "mixed", "double")), [(4, "mixed"), (6, "double"), (8, "single"), (8, "double")]
+    ),
+)
 def test_no_root_is_lost_where_powers_of_a_direction_leave_the_range(degree: int, power: int, precision: str) -> None:
     text = f"x^{degree} + y^{degree} + z^{degree} - 0.5"
     o, d = rays(6)

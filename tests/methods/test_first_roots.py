@@ -13,6 +13,7 @@ from methods.hostile import Aim, Array, Rays
 from methods.judging import Answers, Judge
 from methods.searches import Search
 from scenes import make_scene
+from thinned import thinned
 
 from lenscl import RayStatus, device, trace_rays
 from lenscl.config import Scene
@@ -52,6 +53,14 @@ CASES = [
     for precision in ("double", "single")
     for method in methods_for(scene_of(lens))
 ]
+WHOLE = ("torus", "thin torus", "bifolia", "heart", "barth_sextic")  # by every method in either precision
+
+
+def is_dealt(name: str, precision: str, method: str) -> bool:
+    """Say whether a case always runs: a lens that is not among the whole ones is searched by one method a precision."""
+    methods = methods_for(scene_of(LENSES[name]))
+    number = list(LENSES).index(name) + (precision == "single")
+    return name in WHOLE or method == methods[number % len(methods)]
 
 
 @lru_cache(maxsize=1)
@@ -87,7 +96,7 @@ def doubt(name: str, precision: str, method: str) -> tuple[float, float]:
     return IN_SINGLE.get(name, OF_POLYNOMIALS["single"]) if precision == "single" else OF_POLYNOMIALS["double"]
 
 
-@pytest.mark.parametrize(("name", "precision", "method"), CASES)
+@pytest.mark.parametrize(("name", "precision", "method"), thinned(CASES, is_dealt))
 @pytest.mark.parametrize(("count", "certify"), [(10_000, 200), pytest.param(1_000_000, 20_000, marks=pytest.mark.slow)])
 def test_no_first_event_is_missed_or_invented(name: str, precision: str, method: str, count: int, certify: int) -> None:
     judge = judge_of(name, precision, count)
@@ -112,7 +121,7 @@ def test_no_first_event_is_missed_or_invented(name: str, precision: str, method:
 STARTS = [(n, m) for n, precision, m in CASES if precision == "double" and n not in ("sphere", "thin torus", "sextic")]
 
 
-@pytest.mark.parametrize(("name", "method"), STARTS)
+@pytest.mark.parametrize(("name", "method"), thinned(STARTS, lambda name, method: is_dealt(name, "double", method)))
 def test_rays_from_beside_and_on_the_surface_meet_the_next_crossing(name: str, method: str) -> None:
     scene = scene_of(LENSES[name])
     aim = Aim(scene.lenses[0], 5)

@@ -37,8 +37,10 @@ def test_light_passes_lens_after_lens_as_in_the_twin() -> None:
 
 
 @pytest.mark.parametrize("precision", ["single", "double"])
-def test_the_order_in_which_lenses_are_written_changes_nothing(precision: str) -> None:
-    maps = [trace(make_scene(*lenses), precision=precision) for lenses in permutations((BALL, RING, EGG))]
+def test_the_order_in_which_lenses_are_written_changes_nothing(precision: str, request: pytest.FixtureRequest) -> None:
+    orders = list(permutations((BALL, RING, EGG)))
+    chosen = orders if request.config.getoption("--slow") else [orders[i] for i in (0, 3, 4)]  # each lens in each place
+    maps = [trace(make_scene(*lenses), precision=precision) for lenses in chosen]
     assert (maps[0].events >= 4).any()
     for other in maps[1:]:
         np.testing.assert_array_equal(other.st, maps[0].st)
