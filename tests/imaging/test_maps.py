@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
@@ -32,6 +32,7 @@ class WholeMap:
     direction: Any
     scene: Scene
     trace_seconds: float
+    added: dict[str, Any] = field(default_factory=dict)
 
 
 def some_map(precision: str, seconds: float = 0.1) -> WholeMap:
@@ -184,3 +185,22 @@ def test_only_exr_holds_further_channels(tmp_path):
     with pytest.raises(ImageError, match=r"TIFF holds no channel called 'error'; write it as \.exr"):
         write_image(tmp_path / "m.tif", np.zeros((2, 2, 5), np.float32), further=("error",))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_effects_add_is_written_under_its_name(tmp_path):
+    rng = np.random.default_rng(8)
+    added = {"path_length": rng.random((5, 7)), "transmission": rng.random((5, 7, 3))}
+    raymap = replace(some_map("float64"), added=added)
+    write_map(tmp_path / "map.npz", raymap)
+    with np.load(tmp_path / "map.npz") as stored:
+        for name, array in added.items():
+            np.testing.assert_array_equal(stored[name], array)
+    write_map(tmp_path / "map.exr", raymap, error=np.full((5, 7), 0.5))
+    image = OpenImageIO.ImageBuf(str(tmp_path / "map.exr"))
+    channels = {name: image.get_pixels(OpenImageIO.FLOAT)[..., i] for i, name in enumerate(image.spec().channelnames)}
+    np.testing.assert_array_equal(channels["path_length"], added["path_length"].astype(np.float32))
+    for i, part in enumerate("RGB"):
+        np.testing.assert_array_equal(
+            channels[f"transmission.{part}"], added["transmission"][..., i].astype(np.float32)
+        )
+    assert (channels["error"] >= 0.5).any()

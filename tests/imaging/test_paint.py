@@ -288,7 +288,7 @@ def test_a_request_that_cannot_be_painted_says_what_can(pixels, arguments, says,
 def test_a_broken_kernel_is_seen(fault, instead, channels, monkeypatch):
     painting = import_module("lenscl.imaging.paint")
     sound = painting._source
-    assert fault in sound("uint8", channels, True, "bilinear", "srgb")
+    assert fault in sound("uint8", channels, True, "bilinear", "srgb", False)
     monkeypatch.setattr(painting, "_source", lambda *arguments: sound(*arguments).replace(fault, instead))
     with pytest.raises(AssertionError):
         kernel_against_twin(1, "uint8", channels, "bilinear", "srgb", (37, 23), (61, 17), "float64")

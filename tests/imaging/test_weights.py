@@ -31,7 +31,7 @@ def seen(**added: Any) -> Any:
     return replace(landing(every_pixel(*SIZE), choose()), added=added)
 
 
-@pytest.mark.parametrize(("dtype", "filter_name"), zip(DTYPES, (*FILTERS, *FILTERS), strict=False))
+@pytest.mark.parametrize(("dtype", "filter_name"), list(zip(DTYPES, (*FILTERS, *FILTERS), strict=False)))
 def test_where_all_gets_through_nothing_changes(dtype: str, filter_name: str) -> None:
     rng = np.random.default_rng(4)
     for channels in (2, 3) if dtype == "uint8" else (1, 4):
