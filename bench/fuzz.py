@@ -36,7 +36,7 @@ from fuzz_inputs import BOX, NAMES, STUDIES, Input, made
 from lenscl.codegen import Structure, kernel_source
 from lenscl.config import Scene, Study, load_study, parse_override, scene_from_toml, study_from_toml
 from lenscl.device import Device
-from lenscl.effects import wanted
+from lenscl.effects import TOTAL, called
 from lenscl.errors import ExpressionError, LensclError, StudyError
 from lenscl.expr import bounds, evaluate, evaluate_with_error, gradient, parse
 from lenscl.expr.printing import MAX_TEXT
@@ -155,7 +155,7 @@ def _read_expression(text: str, deep: bool) -> None:
             methods=(methods[number % len(methods)],),
             ends="map",
             snell="exact",
-            effects=wanted({}),
+            effects=called({}, facts={TOTAL}),
             precision=("single", "double", "mixed")[number // 3 % 3],  # type: ignore[arg-type]
             width=8,
             run=1,

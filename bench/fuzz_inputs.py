@@ -150,7 +150,8 @@ def _words() -> tuple[str, ...]:
     """Return every word that a study may hold: keys, names, choices."""
     tables = (*SCENE_TABLES.values(), LensTable, SweepTable, OutputTable)
     found = [*TOP_KEYS, *(key for table in tables for key in table.model_fields), *_AXES, *FORMATS, *MODES]
-    found += [*EFFECTS, *PLANNED_EFFECTS, *(choice for effect in EFFECTS.values() for choice in effect.choices)]
+    choices = (choice for effect in EFFECTS.values() for choice in effect.choices)
+    found += [*EFFECTS, *PLANNED_EFFECTS, *(choice for choice in choices if isinstance(choice, str))]
     found += [*catalogue(), *(each.name for row in catalogue().values() for each in row.parameters)]
     found += [*CATALOGUE, *METHODS, *sorted(FUNCTIONS), *NAMES]
     found += ["single", "double", "mixed", "exact", "paraxial", "auto"]

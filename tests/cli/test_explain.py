@@ -174,6 +174,7 @@ def test_a_pixel_that_is_none_is_refused(lenscl, study_path: Path, arguments: tu
     assert (result.exit_code, result.stderr, result.stdout) == (2, message, "")
 
 
-def test_the_help_says_that_a_pixel_has_to_be_given(lenscl) -> None:
+def test_the_help_says_what_it_does_with_a_pixel_and_without(lenscl) -> None:
     text = " ".join(lenscl("explain", "--help").stdout.split())
-    assert "--pixel has to be given" in text
+    assert "Without --pixel it is a table" in text
+    assert "With --pixel it is the path" in text

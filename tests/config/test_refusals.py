@@ -148,7 +148,11 @@ RULES = [
         "[lens]",
         "lens: a study has one lens or more, so its table is written [[lens]], with double brackets",
     ),
-    ("R = 0.7", "Q = 0.7", "lens.Q: unknown key; known are R, r, name, surface, bounds, centre, stretch, rotate, n"),
+    (
+        "R = 0.7",
+        "Q = 0.7",
+        "lens.Q: unknown key; known are R, r, name, surface, bounds, centre, stretch, rotate, n, absorption, absorbs",
+    ),
     ("R = 0.7", "cetre = [0, 0, 1]", 'lens.cetre: unknown key; did you mean "centre"?'),
     ("R = 0.7", 'R = "wide"', 'lens.R: must be a finite number, got "wide"'),
     (
@@ -178,11 +182,11 @@ RULES = [
         'surface = "x**2 + y**2 + z**2 - k"\nx = 1\nk = 1\nbounds = [[-2, -2, -2], [2, 2, 2]]',
         "lens.x: x, y and z are the coordinates; give the parameter another name",
     ),
-    ("n = 1.5", "n = 1.5\nabsorbs = true", "lens.absorbs: true is not available in this version; leave the key out"),
+    ("n = 1.5", "n = 1.5\nabsorbs = 1", "lens.absorbs: must be true or false, got 1"),
     (
         "n = 1.5",
-        "n = 1.5\n[effects]\nfresnel = true",
-        "effects.fresnel: true is not available in this version; leave the key out",
+        "n = 1.5\n[effects]\nfootprint = true",
+        "effects.footprint: true is not available in this version; leave the key out",
     ),
     (
         "n = 1.5",
