@@ -25,7 +25,7 @@ Refract = Callable[[Any, Any, Any], tuple[NDArray[np.float64], NDArray[np.bool_]
 
 
 def kernel(precision: str, width: int, rule: str = "exact") -> Refract:
-    probe = Probe((f"snell_{rule}.cl",), BODY, 7, 4, precision, width)
+    probe = Probe(("total_possible.cl", f"snell_{rule}.cl"), BODY, 7, 4, precision, width)
 
     def refract(d: Any, n: Any, eta: Any) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         result = probe(*d.T, *n.T, eta)
