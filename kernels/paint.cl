@@ -1,7 +1,8 @@
 // paint.cl: colour every film pixel from the place on the picture that its ray found.
 //
 // provides  kernel paint
-// needs     paint_picture, sample(), KERNEL_WEIGHTS, WEIGHTS_OF(); the head: PLACE float|double, ON_PICTURE the status of a ray that landed
+// needs     paint_picture, sample(), KERNEL_WEIGHTS, WEIGHTS_OF(); the head: PLACE float|double, ON_PICTURE the status of
+//           a ray that landed
 //
 // One work-item colours one film pixel.
 kernel void paint(const long count, global const PLACE *restrict places, global const uchar *restrict status,

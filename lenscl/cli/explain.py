@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lenscl.cli.called import explain_study
+from lenscl.cli.explain_study import explain_study
 from lenscl.cli.group import json_option, many, open_study, plain, set_option, study_argument
 from lenscl.cli.table import print_table
 

@@ -24,8 +24,8 @@ BODY = """
 Refract = Callable[[Any, Any, Any], tuple[NDArray[np.float64], NDArray[np.bool_]]]
 
 
-def kernel(precision: str, width: int, rule: str = "exact") -> Refract:
-    probe = Probe(("total_possible.cl", f"snell_{rule}.cl"), BODY, 7, 4, precision, width)
+def kernel(precision: str, width: int, rule: str = "exact", total: str = "possible") -> Refract:
+    probe = Probe((f"total_{total}.cl", f"snell_{rule}.cl"), BODY, 7, 4, precision, width)
 
     def refract(d: Any, n: Any, eta: Any) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         result = probe(*d.T, *n.T, eta)
@@ -107,6 +107,21 @@ def test_grazing_light_between_equal_indices_has_no_division_by_zero(precision: 
         t, total = kernel(precision, width)(d, n, np.array([eta]))
         assert np.isfinite(t).all()
         assert total[0] == (eta > 1)
+
+
+@pytest.mark.parametrize("precision", ["single", "double"])
+def test_where_total_reflection_is_ruled_out_rounding_only_lets_light_graze(precision: str) -> None:
+    """Some roundings beyond the critical angle of glass, a ray leaves along the surface, still of unit length."""
+    eps = {"single": 1.2e-7, "double": 2.3e-16}[precision]
+    sine = (1.0 + eps * np.arange(1.0, 17.0)) / 1.5
+    d = np.stack([sine, 0.0 * sine, -np.sqrt(1.0 - sine**2)], axis=1)
+    n, eta = np.broadcast_to([0.0, 0.0, 1.0], d.shape), np.full(len(d), 1.5)
+    _, would = kernel(precision, 8)(d, n, eta)
+    bent, total = kernel(precision, 8, total="impossible")(d, n, eta)
+    assert would.sum() > 10
+    assert not total.any()
+    np.testing.assert_allclose(np.linalg.norm(bent, axis=1), 1.0, atol=100 * eps)
+    np.testing.assert_allclose(bent[would], np.broadcast_to([1.0, 0.0, 0.0], bent[would].shape), atol=100 * eps)
 
 
 @pytest.mark.parametrize(("precision", "width"), FORMS)
