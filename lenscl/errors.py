@@ -32,6 +32,10 @@ class StudyError(LensclError):
         self.problems = tuple(problems)
         super().__init__("\n".join(self.problems))
 
+    def __reduce__(self) -> tuple[type[StudyError], tuple[tuple[str, ...]]]:
+        """Copy the problems, not their text, to another process."""
+        return type(self), (self.problems,)
+
 
 class ExpressionError(LensclError):
     """An expression that is refused, with the column where reading it stopped.
@@ -54,6 +58,10 @@ class ExpressionError(LensclError):
         start = max(0, column - self._EXCERPT)
         excerpt = text[start : column + self._EXCERPT].replace("\n", " ")
         super().__init__(f"column {column + 1}: {message}\n  {excerpt}\n  {' ' * (column - start)}^")
+
+    def __reduce__(self) -> tuple[type[ExpressionError], tuple[str, str, int]]:
+        """Copy the parts, not the text made of them, to another process."""
+        return type(self), (self.message, self.text, self.column)
 
 
 class ImageError(LensclError):
