@@ -10,7 +10,7 @@ what is never negative may reach below 0 all the same: roots and powers are told
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, cast
 
@@ -97,7 +97,8 @@ def _product(u: Jet, v: Jet) -> Jet:
 
 def _quotient(u: Jet, v: Jet) -> Jet:
     w = u.value / v.value
-    return Jet(w, tuple((a - w * b) / v.value for a, b in zip(u.slopes, v.slopes, strict=True)))
+    slopes = tuple((a - w * b) / v.value for a, b in zip(u.slopes, v.slopes, strict=True))
+    return Jet(w, slopes, u.is_nonnegative and bool(v.value > 0))
 
 
 def _power(u: Jet, n: int) -> Jet:
@@ -154,11 +155,15 @@ def _abs(u: Jet) -> Jet:
 def _least(u: Jet, v: Jet) -> Jet:
     if u.value < v.value or u.value > v.value:
         return u if u.value < v.value else v
-    return _either(u, v, u.value.min(v.value))
+    least = _either(u, v, u.value.min(v.value))
+    return replace(least, never_negative=u.is_nonnegative and v.is_nonnegative)
 
 
 def _greatest(u: Jet, v: Jet) -> Jet:
-    return _negative(_least(_negative(u), _negative(v)))
+    if u.value < v.value or u.value > v.value:
+        return u if u.value > v.value else v
+    greatest = _either(u, v, u.value.max(v.value))
+    return replace(greatest, never_negative=u.is_nonnegative or v.is_nonnegative)
 
 
 def _where(a: Jet, b: Jet, u: Jet, v: Jet) -> Jet:

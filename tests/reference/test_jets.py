@@ -34,6 +34,8 @@ FORMS: dict[str, Any] = {
     # What is nowhere negative is raised, and its root taken, on balls that reach below 0
     "sqrt(abs(x)) + sqrt(x^2 + y^2)": lambda x, y: mpmath.sqrt(abs(x)) + mpmath.sqrt(x**2 + y**2),
     "pow(abs(x), 2.5) + pow(abs(y), 1.5)": lambda x, y: abs(x) ** mpmath.mpf(2.5) + abs(y) ** mpmath.mpf(1.5),
+    "pow(min(abs(x), abs(y))/(x^2 + 1), 2.5)": lambda x, y: (min(abs(x), abs(y)) / (x**2 + 1)) ** mpmath.mpf(2.5),
+    "pow(max(abs(x), y), 2.5)": lambda x, y: max(abs(x), y) ** mpmath.mpf(2.5),
     "pow(abs(x)*abs(y), 0.25)": lambda x, y: abs(x * y) ** mpmath.mpf(0.25),
 }
 NO_SLOPE = ("cbrt", "sqrt(abs", "0.25")  # on a ball that holds a 0 of what the root is taken of
