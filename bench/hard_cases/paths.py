@@ -106,20 +106,33 @@ def _several_lenses() -> Iterator[Case]:
         yield aimed_case(
             f"{plain}, the other way round", "lens after lens", why, scene(*reversed(lenses)), some, equals=plain
         )
-    ball = lens("sphere", centre=[0.0, 0.0, -1.4], name="ball")
     for first, rim in (("sphere", 0.5), ("torus", 0.8)):
-        name = f"lens after lens: the rim of a {first}, then a ball"
         sizes = {"sphere": {"r": 0.5}, "torus": {"R": 0.6, "r": 0.2}}[first]
         turn = np.linspace(0.1, 6.1, 5)[:, None]
         radius = rim - both_signs(10.0 ** -np.arange(4.0, 17.0))
         at = np.stack([radius * np.cos(turn), radius * np.sin(turn), 0.0 * radius + 4.0 + 0.0 * turn], axis=-1)
-        yield aimed_case(
-            name,
-            "lens after lens",
-            "just at the rim of a lens: where it is not proved that it is missed, the ball behind must not be taken",
-            scene(lens(first, centre=[0.0, 0.0, 1.0], name="first", **sizes), ball),
-            rays(at, [0.0, 0.0, -1.0]),
-        )
+        for name, why, height, ball in (
+            (
+                f"lens after lens: the rim of a {first}, then a ball",
+                "just at the rim of a lens: where it is not proved that it is missed, "
+                "the ball behind must not be taken",
+                1.0,
+                lens("sphere", centre=[0.0, 0.0, -1.4], name="ball"),
+            ),
+            (
+                f"lens after lens: a ball, and the rim of a {first} behind",
+                "a ball turns the rays away before the rim that they come down on: what is behind casts no doubt on it",
+                -1.0,
+                lens("sphere", centre=[0.0, 0.0, 1.5], name="ball"),
+            ),
+        ):
+            yield aimed_case(
+                name,
+                "lens after lens",
+                why,
+                scene(lens(first, centre=[0.0, 0.0, height], name="first", **sizes), ball),
+                rays(at, [0.0, 0.0, -1.0]),
+            )
     gap = 1e-9
     name = "lens after lens: nearly touching"
     yield aimed_case(

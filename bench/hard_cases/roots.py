@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hard_cases.aims import TINY, aimed_case, both_signs, down_on, from_afar, generator, rays, tangents, unit
+from hard_cases.aims import TINY, aimed_case, both_signs, down_on, from_afar, generator, joined, rays, tangents, unit
 from hard_cases.scenes import GYROID, SLAB, Table, lens, scene, user
 from lenscl.config import scene_from_toml
 from lenscl.hardcases import Case
@@ -15,7 +15,6 @@ _ALL = (
     *("sphere", "ellipsoid", "torus", "heart", "bifolia", "barth_sextic", "superellipsoid", "biconvex", "plano_convex"),
     *("meniscus", "ball", "rod", "prism", "cone", "conic_singlet", "even_asphere_singlet"),
 )
-_SLOW = ("superellipsoid",)  # to prove, for its powers
 
 
 def cases() -> Iterator[Case]:
@@ -28,7 +27,7 @@ def cases() -> Iterator[Case]:
 
 
 def _tangents() -> Iterator[Case]:
-    shapes: list[tuple[str, Table, int]] = [(name, lens(name), 1 if name in _SLOW else 8) for name in _ALL]
+    shapes: list[tuple[str, Table, int]] = [(name, lens(name), 8) for name in _ALL]
     shapes.append(("gyroid", user(GYROID, 1.1), 4))
     for name, table, points in shapes:
         text = scene(table, numerics={"max_events": 8})
@@ -109,6 +108,17 @@ def _twins() -> Iterator[Case]:
         scene(user(formula, [61.0, 10.5, 10.5])),
         rays([3.0, 0.0, 0.0], through - np.array([3.0, 0.0, 0.0])),
     )
+    name = "first root of many"
+    formula = " + ".join(f"({x}^2 - 1)^2*({x}^2 + 0.1)" for x in "xyz") + " - 0.3"
+    bundles = (((-2.84, 2.05, -2.2), (0.755, -0.245, 0.609)), ((1.51, 1.87, -1.74), (-0.644, -0.725, 0.242)))
+    random = generator(name)
+    yield aimed_case(
+        name,
+        "twin roots",
+        "blobs in a row: iterating from the Bernstein coefficients finds the third root, and not the first",
+        scene(user(formula, 2.0)),
+        joined(*(rays(at + 0.01 * random.normal(size=(40, 3)), ahead) for at, ahead in bundles)),
+    )
 
 
 def _starts() -> Iterator[Case]:
@@ -132,6 +142,22 @@ def _starts() -> Iterator[Case]:
                 starts_exactly=True,
                 counts_from=(at, 0.0, 0.0),
             )
+    turn = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
+    along = np.column_stack([0.0 * turn, np.cos(turn), np.sin(turn)])
+    for place, table, x in (
+        ("sphere", lens("sphere"), 1.0),
+        ("torus, outside", lens("torus", R=0.75, r=0.25), 1.0),
+        ("torus, in its hole", lens("torus", R=0.75, r=0.25), 0.5),
+        ("end of a rod", lens("rod", diameter=1.0, length=2.0, rotate=[0.0, 90.0, 0.0]), 1.0),
+    ):
+        yield aimed_case(
+            f"start: along the {place}",
+            "start",
+            "rays start on the surface and exactly along it: they touch, enter at once, or stay on it",
+            scene(table, numerics={"max_events": 6}),
+            rays([x, 0.0, 0.0], along),
+            starts_exactly=True,
+        )
     inner = {
         "sphere": (0.2, 0.1, 0.3),
         "torus": (0.7, 0.05, 0.02),

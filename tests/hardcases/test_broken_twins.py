@@ -41,7 +41,11 @@ FOUND_BY = {
 }
 ALSO = {  # faults that need rays aimed at them, which are in the pack, and the precision that shows them
     Fault("doubt before what is met ignored", "trace.cl", "(not_lane(hit.found) | (hit.doubt <= hit.t))",
-          "not_lane(hit.found)"): ("lens after lens: the rim of a torus", "mixed"),
+          "not_lane(hit.found)"): ("lens after lens: the rim of a torus, then a ball", "mixed"),
+    Fault("doubt counted from where the search begins", "lens.cl", "min_v(hit->doubt, from + root.t)",
+          "min_v(hit->doubt, root.t)"): ("lens after lens: a ball, and the rim of a torus behind", "mixed"),
+    Fault("first root not proved to be the first", "search_polynomial.cl", "exact & (least > noise)", "exact"):
+        ("first root of many", "double"),
     Fault("farthest place too near", "screen.cl", "NUMBER(1e30)", "NUMBER(1e20)"): (FAR, "double"),
     Fault("farthest place too far", "screen.cl", "NUMBER(1e30)", "NUMBER(2e30)"): (FAR, "double"),
     Fault("first step settles", "newton.cl", "realv last = (realv)0;", "realv last = high - low;"):
