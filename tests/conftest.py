@@ -7,7 +7,7 @@ import sys
 
 import pytest
 from hypothesis import HealthCheck, settings
-from probe import plain_device
+from probe import device_of_width, plain_device
 
 from lenscl import device
 
@@ -32,6 +32,19 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 @pytest.fixture
 def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the device that is chosen unasked be one that compiles fast; see `plain_device`."""
-    chosen = plain_device()
+    _choose_unasked(monkeypatch, plain_device())
+
+
+@pytest.fixture
+def few_lanes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the device that is chosen unasked take packets of 4 rays in single and 2 in double.
+
+    Such kernels compile in two thirds of the time, optimised as ever; for tests of many kernels that are not about
+    packets. Those of other tests have the widths that users have.
+    """
+    _choose_unasked(monkeypatch, device_of_width(4, 2))
+
+
+def _choose_unasked(monkeypatch: pytest.MonkeyPatch, chosen: device.Device) -> None:
     others = [each for each in device.devices() if each.label != chosen.label]
     monkeypatch.setattr(sys.modules["lenscl.device.choose"], "_devices", lambda: (chosen, *others))
