@@ -1,0 +1,88 @@
+"""Effects together: any two of their values meet in a kernel, in both precisions, and each adds what it says."""
+
+from __future__ import annotations
+
+from itertools import combinations, product
+from typing import Any
+
+import numpy as np
+import pytest
+from scenes import make_scene
+
+from lenscl import RayStatus, trace
+from lenscl.config import Scene
+from lenscl.effects import EFFECTS, Value
+from lenscl.tracing import RayMap
+
+# What a map carries beside places, statuses and events, by key and value
+ADDS: dict[tuple[str, Value], set[str]] = {
+    ("absorption", True): {"transmission"},
+    ("absorption", "auto"): {"transmission"},
+    ("fresnel", True): {"transmittance"},
+    ("fresnel", "polarised"): {"transmittance"},
+    ("path_length", True): {"path_length"},
+}
+STEERS = ("total_reflection", "absorption")  # keys of effects that change where rays go or how they end
+LENSES: tuple[dict[str, Any], ...] = (
+    {"surface": "ellipsoid", "a": 0.45, "b": 0.6, "c": 0.3, "absorption": [0.3, 1.2, 2.5], "name": "glass"},
+    {"surface": "sphere", "r": 0.25, "n": 1.0, "centre": [0.2, 0.1, -1.0], "absorbs": True, "name": "stop"},
+)
+Row = dict[str, Value]
+
+
+def covering() -> list[Row]:
+    """Return rows of values, one of each key, such that any two values of two keys stand in a row together."""
+    keys = list(EFFECTS)
+    left = {
+        ((a, one), (b, other))
+        for a, b in combinations(keys, 2)
+        for one, other in product(EFFECTS[a].choices, EFFECTS[b].choices)
+    }
+    rows: list[Row] = []
+    while left:
+        row: Row = dict([*min(left, key=str)])
+        for key in keys:
+            if key not in row:
+                row[key] = max(EFFECTS[key].choices, key=lambda value: len(_pairs(row | {key: value}) & left))
+        row = {key: row[key] for key in keys}
+        left -= _pairs(row)
+        rows.append(row)
+    return rows
+
+
+def _pairs(row: Row) -> set[tuple[tuple[str, Value], tuple[str, Value]]]:
+    return {((a, row[a]), (b, row[b])) for a, b in combinations([key for key in EFFECTS if key in row], 2)}
+
+
+def scene_of(row: Row, precision: str) -> Scene:
+    return make_scene(*LENSES, film={"size": [24, 24]}, effects=row, numerics={"precision": precision})
+
+
+def identical(one: RayMap, other: RayMap) -> bool:
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("st", "status", "events"))
+
+
+def test_the_rows_hold_every_pair_of_values() -> None:
+    met = {pair for row in covering() for pair in _pairs(row)}
+    assert len(met) == sum(len(EFFECTS[a].choices) * len(EFFECTS[b].choices) for a, b in combinations(EFFECTS, 2))
+    assert len(covering()) < 2 * max(
+        len(EFFECTS[a].choices) * len(EFFECTS[b].choices) for a, b in combinations(EFFECTS, 2)
+    )
+
+
+@pytest.mark.usefixtures("few_lanes")
+@pytest.mark.parametrize("precision", ["single", "double"])
+@pytest.mark.parametrize("row", covering(), ids=lambda row: "-".join(str(value) for value in row.values()))
+def test_effects_run_together_add_what_they_say_and_observers_move_no_ray(row: Row, precision: str) -> None:
+    raymap = trace(scene_of(row, precision))
+    assert raymap.added.keys() == set().union(*(ADDS.get(item, set()) for item in row.items()))
+    for array in raymap.added.values():
+        assert array.shape[:2] == (24, 24)
+        assert array.dtype == raymap.st.dtype
+        assert np.isfinite(array).all()
+    plain = trace(scene_of({key: row[key] for key in STEERS}, precision))
+    assert identical(raymap, plain)
+    counts = raymap.counts()
+    assert (counts[RayStatus.BLOCKED] > 0) == (row["absorption"] is not False)
+    assert (counts[RayStatus.TOTAL_REFLECTION] > 0) == (row["total_reflection"] == "end")
+    assert counts[RayStatus.PICTURE] > 200
