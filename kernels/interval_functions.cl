@@ -1,6 +1,6 @@
 // interval_functions.cl: functions of bands that are neither roots nor powers.
 //
-// provides  band_exp(), band_log(), band_sin(), band_cos(), band_tan(), band_tanh(), band_atan2()
+// provides  band_exp(), band_log(), band_sin(), band_cos(), band_tan(), band_tanh(), band_atan2(), band_unbroken()
 // needs     prelude, interval, interval_arithmetic, interval_curves, interval_powers
 
 static inline band_t band_exp(band_t a) {
@@ -84,4 +84,9 @@ static inline band_t band_atan2(band_t y, band_t x) {
   const maskv bounded = (band_reach(y) < (realv)REAL_MAX) & (band_reach(x) < (realv)REAL_MAX);
   const maskv sure = not_lane(cut) & (band_low(along) > (realv)0) & (angle.error < (realv)NUMBER(3.0));
   return band_known(bounded, band_pick(sure, angle, all));
+}
+
+// The slope of what an angle is part of, where that does not turn over: there it jumps, and its slope tells nothing of that.
+static inline band_t band_unbroken(band_t angle, band_t slope) {
+  return band_known(angle.error < (realv)NUMBER(3.0), slope);
 }

@@ -22,6 +22,15 @@ static inline real3v LENS(normal)(const lens_t *lens, real3v gradient, maskv lan
   return n;
 }
 
+// Lanes whose normal looks the right way: against a ray that enters, along one that leaves, but for roundings. F falls
+// where a ray enters; so a normal that looks the other way was taken where F is too steep for its digits, or jumps.
+static inline maskv LENS(faces)(real3v normal, real3v direction, maskv inside) {
+  const realv along = dot3(normal, direction);
+  const realv astray = inside ? -along : along;
+  const realv most = (realv)(64 * REAL_EPSILON);
+  return (astray <= (realv)0) | (astray * astray <= most * most * dot3(normal, normal));
+}
+
 // Rays that start on this lens's surface start inside it if they enter.
 static inline void LENS(start)(ray_t *ray, const lens_t *lens, SURFACE(t) shape) {
   const maskv lanes = ray->alive & (ray->on == (maskv)LENS_NUMBER);
@@ -71,5 +80,6 @@ static inline void LENS(meet)(const ray_t *ray, const lens_t *lens, SURFACE(t) s
   hit->eta = nearer ? (inside ? (realv)lens->eta_out : (realv)lens->eta_in) : hit->eta;
   hit->lens = nearer ? (maskv)LENS_NUMBER : hit->lens;
   hit->found = hit->found | nearer;
-  hit->doubt = (nearer & not_lane(defined)) ? min_v(hit->doubt, t) : hit->doubt;
+  const maskv doubtful = nearer & not_lane(defined & LENS(faces)(normal, ray->direction, inside));
+  hit->doubt = doubtful ? min_v(hit->doubt, t) : hit->doubt;
 }

@@ -13,6 +13,7 @@ from lenscl.expr import (
     degree,
     derivative_along,
     is_rational,
+    jumps,
     least,
     magnitude,
     number,
@@ -69,7 +70,7 @@ def _functions(prefix: str, surface: Surface, precision: Precision, write_parts:
             _leaves_text(prefix, joined, len(leaves)),
             _bands_function(prefix, "bands", surface, leaves, bands, precision),
             _bands_function(prefix, "start_bands", surface, leaves, starts, precision),
-            _bands_function(prefix, "slope_bands", surface, leaf_slopes, bands | slopes, precision),
+            _bands_function(prefix, "slope_bands", surface, leaf_slopes, bands | slopes, precision, leaves),
         )
     )
 
@@ -256,14 +257,32 @@ def _leaves_text(prefix: str, joined: Expr, count: int) -> str:
 
 
 def _bands_function(
-    prefix: str, name: str, surface: Surface, leaves: dict[str, Expr], bands: dict[str, str], precision: Precision
+    prefix: str,
+    name: str,
+    surface: Surface,
+    leaves: dict[str, Expr],
+    bands: dict[str, str],
+    precision: Precision,
+    slopes_of: Mapping[str, Expr] | None = None,
 ) -> str:
-    """Return the function of the leaves' bands, `bands` being the C text of those that they are made of."""
+    """Return the function of the leaves' bands, `bands` being the C text of those that they are made of.
+
+    Where they are slopes, of `slopes_of`, they are unknown where an angle turns over of which that may jump.
+    """
+    turning = {leaf: jumps(of) for leaf, of in (slopes_of or {}).items()}
+    angles = {
+        each: f"angle_{i}" for i, each in enumerate(dict.fromkeys(each for some in turning.values() for each in some))
+    }
+    outputs = leaves | {label: each for each, label in angles.items()}
     symbols = {part: part for part in bands} | shape_symbols(surface)
-    used = {each.name for each in walk(leaves.values())}
-    text = band_text(leaves, symbols=symbols, bands=bands, precision=precision)
+    used = {each.name for each in walk(outputs.values())}
+    text = band_text(outputs, symbols=symbols, bands=bands, precision=precision)
+    spelled = {leaf: f"{{{leaf}}}" for leaf in leaves}
+    for leaf, some in turning.items():
+        for each in some:
+            spelled[leaf] = f"band_unbroken({{{angles[each]}}}, {spelled[leaf]})"
     return function_of(
         f"void {prefix}_{name}(const {prefix}_parts_t *parts, {prefix}_t shape, band_t of_leaf[{prefix}_LEAVES])",
         text.after(f"const band_t {part} = {made};" for part, made in bands.items() if part in used),
-        "\n".join(f"of_leaf[{i}] = {{{leaf}}};" for i, leaf in enumerate(leaves)),
+        "\n".join(f"of_leaf[{i}] = {one};" for i, one in enumerate(spelled.values())),
     )

@@ -19,6 +19,7 @@ from lenscl.expr.creases import creased
 from lenscl.expr.derive import degree, derivative_along, differentiate, gradient, magnitude, pieces, polynomial
 from lenscl.expr.graph import Expr, build, digest, number, symbol
 from lenscl.expr.interval_writer import band_text
+from lenscl.expr.jumps import jumps
 from lenscl.expr.operations import FUNCTIONS, OPERATIONS, Operation
 from lenscl.expr.reader import parse
 from lenscl.expr.twice_writer import is_rational, twice_text
@@ -46,6 +47,7 @@ __all__ = [
     "evaluate_with_error",
     "gradient",
     "is_rational",
+    "jumps",
     "least",
     "magnitude",
     "number",
