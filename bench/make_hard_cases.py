@@ -1,6 +1,6 @@
 """Make the pack of hard cases that `lenscl hardcases` runs: aim the rays, prove how they end, write it all down.
 
-What is in the pack already and has not changed is not proved again; the whole takes about 40 minutes on one core.
+What is in the pack already and has not changed is not proved again; the whole takes an hour or two.
 
     python bench/make_hard_cases.py [--all | NAME ...]
 
@@ -39,6 +39,9 @@ def main(arguments: list[str]) -> None:
     twice = {case.name for case in cases if [each.name for each in cases].count(case.name) > 1}
     if twice:
         raise SystemExit(f"two cases are called {', '.join(sorted(twice))}")
+    for name in [] if is_all else names:
+        if not any(name in case.name for case in cases):
+            raise SystemExit(f"no case is called {name}, nor has a name that contains it")
     wanted = [
         case
         for case in cases

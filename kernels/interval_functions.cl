@@ -52,8 +52,8 @@ static inline band_t band_tan(band_t a) {
   return band_known((band_reach(a) < NUMBER(1.5)) & (low <= value) & (value <= high), bent);
 }
 
-// |tanh''| <= 4 / (3 sqrt 3) = 0.7698; the slope 1 - tanh^2 is wrong by twice the value's error. Over a long band it is
-// all that lies between the values at the ends, for it rises.
+// |tanh''| <= 4 / (3 sqrt 3) = 0.7698; the slope 1 - tanh^2 is wrong by twice the value's error. Over a long band, and far
+// out, where it is as good as flat, all that lies between the values at the ends is less, for it rises.
 static inline band_t band_tanh(band_t a) {
   const realv value = tanh(a.mid);
   const realv reach = band_reach(a);
@@ -63,7 +63,7 @@ static inline band_t band_tanh(band_t a) {
   const realv high = tanh(band_high(a));
   const band_t between = {HALF * (low + high), (realv)0,
                           (HALF * (high - low) + (realv)(TANH_ULP + 2) * ROUNDING) * WIDEN};
-  return band_known(reach < (realv)REAL_MAX, band_pick(reach > (realv)2, between, bent));
+  return band_known(reach < (realv)REAL_MAX, band_pick(bent.error < between.error, bent, between));
 }
 
 // The angle is that of the middle plus the arc tangent of the rest, in axes turned so that the middle lies along x.

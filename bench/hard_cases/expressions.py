@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from hard_cases.aims import Rays, aimed_case, down_on, generator
+from hard_cases.aims import Rays, aimed_case, down_on, generator, rays
 from hard_cases.scenes import lens, scene, user
 from lenscl.expr import evaluate, parse
 from lenscl.hardcases import Case
@@ -34,6 +34,25 @@ _FINE = (
     ("waves", "x^2 + y^2 + z^2 - 0.6 + 0.02*sin(40*x)*sin(40*y)*sin(40*z)", 1.1, "a ball with fine waves on it"),
     ("powers", "pow(abs(x), 2.5) + pow(abs(y), 1.5) + z^2 - 0.6", 1.1, "powers that are not whole"),
     ("high degree", "x^8 + y^8 + z^8 - 0.5", 1.1, "a rounded cube of degree 8"),
+    ("a logarithm", "log(x^2 + y^2 + z^2 + 0.5) + 0.3*x", 1.2, "F is steepest where it is least"),
+    ("a tangent", "tan(0.9*x)^2 + y^2 + z^2 - 0.6", 1.1, "F has poles outside its bounds"),
+    ("a distance", "hypot(hypot(x, y) - 0.6, z) - 0.25", 1.0, "a torus by distances: no slope where they are 0"),
+    ("a cube root", "x^2 + y^2 + z^2 - 0.6 + 0.2*cbrt(x*y*z + 0.05)", 1.2, "F is infinitely steep on a curved sheet"),
+    ("a quotient", "x^2 + y^2 + z^2 - 0.5/(1 + 4*x^2)", 1.1, "F's slope is a quotient"),
+    (
+        "a star",
+        "max(sqrt(x^2 + y^2) - 0.6 - 0.15*cos(5*atan2(y, x)), abs(z) - 0.3)",
+        1.1,
+        "its angle jumps by a full turn at a cut, and F does not",
+    ),
+    (
+        "a cut",
+        "max(atan2(z, y) + 2.9, x^2 + y^2 + z^2 - 0.5)",
+        1.0,
+        "a wedge, one side of which is an angle's cut: F jumps there, and is never 0",
+    ),
+    ("slopes of 1e6", "max(x + 0.3*tanh(1e6*z), x^2 + y^2 + z^2 - 0.5)", 1.0, "a step that single cannot resolve"),
+    ("slopes of 1e10", "max(x + 0.3*tanh(1e10*z), x^2 + y^2 + z^2 - 0.5)", 1.0, "a step as steep as a face"),
     ("tiny values", "1e-30*(x^2 + y^2 + z^2 - 0.7)", 1.1, "F itself is as good as 0 everywhere"),
     ("huge values", "1e30*(x^2 + y^2 + z^2 - 0.7)", 1.1, "F itself is huge everywhere"),
 )
@@ -64,6 +83,19 @@ def cases() -> Iterator[Case]:
     some = down_on(random, 12, 0.9, height=2.0)
     text = scene(user("x^2 + y^2 + z^2 - 0.7 + " + " + ".join(terms), 1.2), numerics=_FEW)
     yield aimed_case(name, "expression", "a sum of 500 terms", text, some)
+    apex = "max(sqrt(x^2 + y^2) + z - 0.7, -z - 0.7)"
+    turn = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    beside = np.concatenate([[0.0], np.repeat([1e-9, 1e-6, 1e-3], 4)])
+    yield aimed_case(
+        "expression: straight at a tip",
+        "expression",
+        "rays come straight down on a cone's tip, which has no normal, and beside it",
+        scene(user(apex, 1.5), numerics=_FEW),
+        rays(
+            np.stack([np.append(0.0, np.cos(turn)) * beside, np.append(0.0, np.sin(turn)) * beside, beside * 0 + 3], 1),
+            [0.0, 0.0, -1.0],
+        ),
+    )
     yield from _refused()
 
 

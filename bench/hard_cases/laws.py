@@ -22,6 +22,7 @@ def cases() -> Iterator[Case]:
     yield from _bundles()
     yield from _symmetries()
     yield from _exact_lenses()
+    yield from _effects()
 
 
 def _snell() -> Iterator[Case]:
@@ -163,4 +164,32 @@ def _exact_lenses() -> Iterator[Case]:
         "a hollow shell of the medium's own index changes nothing",
         scene(shell, medium=1.333, numerics=_FEW),
         down_on(generator(name), 80, 0.8),
+    )
+
+
+def _effects() -> Iterator[Case]:
+    glass = lens("torus", **PLACED, absorption=[0.3, 1.2, 2.5])
+    plain = "effects: none"
+    some = down_on(generator(plain), 80, 0.9)
+    for name, effects in (
+        (plain, {"absorption": False}),
+        ("effects: all that observe", {"absorption": True, "fresnel": True, "path_length": True}),
+        ("effects: polarised", {"absorption": False, "fresnel": "polarised"}),
+    ):
+        yield aimed_case(
+            name,
+            "effects",
+            "effects that only observe leave every place as it is, bit for bit",
+            scene(glass, effects=effects, numerics=_FEW),
+            some,
+            equals="" if name == plain else plain,
+        )
+    name = "effects: a stop"
+    ring = user("max(abs(z) - 0.05, max(x^2 + y^2 - 1, 0.16 - x^2 - y^2))", 1.1, centre=[0.0, 0.0, 1.5], absorbs=True)
+    yield aimed_case(
+        name,
+        "effects",
+        "an opaque ring before a lens blocks what meets it, and bends nothing",
+        scene({**ring, "name": "stop"}, lens("sphere", name="ball"), numerics=_FEW),
+        down_on(generator(name), 80, 1.2),
     )

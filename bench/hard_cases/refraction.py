@@ -11,6 +11,7 @@ from hard_cases.scenes import PLACED, SLAB, lens, scene, user
 from lenscl.hardcases import Array, Case
 
 _FINE = 10.0 ** -np.arange(3.0, 13.0)  # 1e-3 ... 1e-12
+_FINEST = 10.0 ** -np.arange(3.0, 15.0)  # 1e-3 ... 1e-14
 
 
 def cases() -> Iterator[Case]:
@@ -48,15 +49,15 @@ def _bubbles() -> Iterator[Case]:
 
 
 def _critical_angles() -> Iterator[Case]:
-    """At sin(i) = (1 + d) / n, for d of 1e-3 ... 1e-12 on either side: both for rays that leave and that enter."""
-    beside = 1.0 + both_signs(_FINE)[both_signs(_FINE) != 0]
+    """At sin(i) = (1 + d) / n, for d of 1e-3 ... 1e-14 on either side: both for rays that leave and that enter."""
+    beside = 1.0 + both_signs(_FINEST)[both_signs(_FINEST) != 0]
     for n in (1.001, 1.333, 1.5, 2.417):
         name = f"critical angle: leaving a ball of {n:g}"
         heights = beside / n
         yield aimed_case(
             name,
             "critical angle",
-            "light leaves a ball within 1e-3 to 1e-12 of the critical angle, on either side",
+            "light leaves a ball within 1e-3 to 1e-14 of the critical angle, on either side",
             scene(lens("sphere", n), numerics={"max_events": 6}),
             joined(*(_around(heights, turn, start=0.0) for turn in (0.0, 0.7, 2.5))),
         )
@@ -64,7 +65,7 @@ def _critical_angles() -> Iterator[Case]:
         yield aimed_case(
             f"critical angle: entering a bubble in {n:g}",
             "critical angle",
-            "light meets a bubble within 1e-3 to 1e-12 of the critical angle, on either side",
+            "light meets a bubble within 1e-3 to 1e-14 of the critical angle, on either side",
             scene(lens("sphere", 1.0), medium=n, numerics={"max_events": 6}),
             joined(*(_around(beside / n, turn, start=-3.0) for turn in (0.0, 0.7, 2.5))),
         )
@@ -74,7 +75,7 @@ def _critical_angles() -> Iterator[Case]:
         yield aimed_case(
             f"critical angle: the flat face of a slab of {n:g}",
             "critical angle",
-            "light in a slab meets its flat face within 1e-3 to 1e-12 of the critical angle, on either side",
+            "light in a slab meets its flat face within 1e-3 to 1e-14 of the critical angle, on either side",
             scene(user(SLAB, 2.1, n), numerics={"max_events": 3}),
             rays([0.0, 0.1, 0.125], slants),
         )

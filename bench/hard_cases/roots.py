@@ -158,6 +158,20 @@ def _starts() -> Iterator[Case]:
             rays([x, 0.0, 0.0], along),
             starts_exactly=True,
         )
+    for place, table, at in (
+        ("tip of a cone", user("max(sqrt(x^2 + y^2) + z - 1, -z - 1)", 2.1), (0.0, 0.0, 1.0)),
+        ("dimple of the heart", lens("heart"), (0.0, 0.0, 1.0)),
+        ("pinch of the bifolia", lens("bifolia"), (0.0, 0.0, 0.0)),
+    ):
+        name = f"start: at the {place}"
+        yield aimed_case(
+            name,
+            "start",
+            "rays start where the surface has no normal, and so no side",
+            scene(table, numerics={"max_events": 6}),
+            rays(at, unit(generator(name).normal(size=(24, 3)))),
+            starts_exactly=True,
+        )
     inner = {
         "sphere": (0.2, 0.1, 0.3),
         "torus": (0.7, 0.05, 0.02),

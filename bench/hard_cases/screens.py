@@ -112,6 +112,15 @@ def _edges() -> Iterator[Case]:
 
 
 def _films() -> Iterator[Case]:
+    yield Case(
+        name="screens: a film through the source",
+        family="screens",
+        why="the source lies on the middle pixel, whose ray has no direction, and on the film's plane",
+        scene=scene(
+            lens("sphere", r=0.6),
+            film={"corner": [-0.3125, 0.0, 6.5], "right": [0.625, 0.0, 0.0], "down": [0.0, 0.0, -5.0], "size": [5, 5]},
+        ),
+    )
     for columns, rows in ((1, 1), (1, 17), (19, 1), (3, 7), (7, 3)):
         yield Case(
             name=f"screens: a film of {columns} x {rows}",

@@ -52,7 +52,8 @@ def has_twice(surface: Surface) -> bool:
 def _functions(prefix: str, surface: Surface, precision: Precision, write_parts: Callable[..., str]) -> str:
     joined, leaves, parts = _taken_apart(surface)
     taken = {*shape_symbols(surface), *parts}
-    roots = _roots(leaves.values(), parts, taken)
+    floors = {name: least(part) for name, part in parts.items()}
+    roots = _roots(leaves.values(), parts, floors, taken)
     leaves = {name: _replaced(leaf, roots) for name, leaf in leaves.items()}
     kinds = {name: _KINDS[_degree(part) - 1] for name, part in parts.items()}
     kinds |= {str(root.name): "cbrt" for root in roots.values()}
@@ -62,25 +63,28 @@ def _functions(prefix: str, surface: Surface, precision: Precision, write_parts:
     bands = {name: f"band_of_{kind}(parts->{name})" for name, kind in kinds.items()}
     starts = {name: f"start_of_{kind}(parts->{name})" for name, kind in kinds.items()}
     slopes = {sloped[name]: f"slope_of_{kind}(parts->{name})" for name, kind in kinds.items()}
+    floors |= {str(root.name): 0.0 for root in roots.values()}
     finish = [f"parts.{root.name} = cbrt_of(parts.{each.args[0].name});" for each, root in roots.items()]
     return "\n".join(
         (
             _parts_struct(prefix, kinds),
             write_parts(prefix, surface, parts, finish, precision),
             _leaves_text(prefix, joined, len(leaves)),
-            _bands_function(prefix, "bands", surface, leaves, bands, precision),
-            _bands_function(prefix, "start_bands", surface, leaves, starts, precision),
-            _bands_function(prefix, "slope_bands", surface, leaf_slopes, bands | slopes, precision, leaves),
+            _bands_function(prefix, "bands", surface, leaves, bands, floors, precision),
+            _bands_function(prefix, "start_bands", surface, leaves, starts, floors, precision),
+            _bands_function(prefix, "slope_bands", surface, leaf_slopes, bands | slopes, floors, precision, leaves),
         )
     )
 
 
-def _roots(leaves: Iterable[Expr], parts: Mapping[str, Expr], taken: Collection[str]) -> dict[Expr, Expr]:
+def _roots(
+    leaves: Iterable[Expr], parts: Mapping[str, Expr], floors: Mapping[str, float], taken: Collection[str]
+) -> dict[Expr, Expr]:
     """Return the nodes that kernels/interval_cbrt.cl has words for, with the symbols that stand for them."""
     found: dict[Expr, Expr] = {}
     for each in walk(leaves):
-        part = parts.get(str(each.args[0].name)) if each.op == "cbrt" else None
-        if part is not None and _degree(part) == 2 and least(part) >= 0.0:
+        name = str(each.args[0].name) if each.op == "cbrt" else ""
+        if name in parts and _degree(parts[name]) == 2 and floors[name] >= 0.0:
             found[each] = symbol(unlike(f"{each.args[0].name}_root", taken))
     return found
 
@@ -262,12 +266,13 @@ def _bands_function(
     surface: Surface,
     leaves: dict[str, Expr],
     bands: dict[str, str],
+    floors: Mapping[str, float],
     precision: Precision,
     slopes_of: Mapping[str, Expr] | None = None,
 ) -> str:
     """Return the function of the leaves' bands, `bands` being the C text of those that they are made of.
 
-    Where they are slopes, of `slopes_of`, they are unknown where an angle turns over of which that may jump.
+    `floors` says what these are never below. Slopes, of `slopes_of`, are unknown where an angle makes that jump.
     """
     turning = {leaf: jumps(of) for leaf, of in (slopes_of or {}).items()}
     angles = {
@@ -276,7 +281,7 @@ def _bands_function(
     outputs = leaves | {label: each for each, label in angles.items()}
     symbols = {part: part for part in bands} | shape_symbols(surface)
     used = {each.name for each in walk(outputs.values())}
-    text = band_text(outputs, symbols=symbols, bands=bands, precision=precision)
+    text = band_text(outputs, symbols=symbols, bands=bands, precision=precision, floors=floors)
     spelled = {leaf: f"{{{leaf}}}" for leaf in leaves}
     for leaf, some in turning.items():
         for each in some:

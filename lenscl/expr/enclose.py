@@ -52,7 +52,11 @@ def bounds(expr: Expr, box: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> tuple[
     return np.array(np.broadcast_to(at[expr].lo, shape)), np.array(np.broadcast_to(at[expr].hi, shape))
 
 
-def least(expr: Expr) -> float:
-    """Return what an expression is never below, whatever its symbols are; -inf where nothing is known."""
-    everything = {str(each.name): (-np.inf, np.inf) for each in walk([expr]) if each.op == "symbol"}
-    return float(bounds(expr, everything)[0])
+def least(expr: Expr, floors: Mapping[str, float] | None = None) -> float:
+    """Return what an expression is never below, whatever its symbols are; -inf where nothing is known.
+
+    `floors` says what symbols are never below themselves.
+    """
+    known = floors or {}
+    names = {str(each.name) for each in walk([expr]) if each.op == "symbol"}
+    return float(bounds(expr, {name: (known.get(name, -np.inf), np.inf) for name in names})[0])

@@ -37,7 +37,12 @@ CALLS: Mapping[str, str] = {
 
 
 def band_text(
-    outputs: Mapping[str, Expr], *, symbols: Mapping[str, str], bands: Collection[str], precision: Precision
+    outputs: Mapping[str, Expr],
+    *,
+    symbols: Mapping[str, str],
+    bands: Collection[str],
+    precision: Precision,
+    floors: Mapping[str, float] | None = None,
 ) -> CText:
     """Spell expressions as bands, sharing what they have in common.
 
@@ -51,16 +56,29 @@ def band_text(
         The symbols that are bands; the others are exact numbers, the same along the segment.
     precision : "single" or "double"
         What `real` is.
+    floors : mapping of str to float, optional
+        What symbols are never below, as is known of what they stand for.
 
     Returns
     -------
     CText
         Statements, and what each result is called.
     """
-    return _BandWriter(outputs, symbols, bands, precision).write()
+    return _BandWriter(outputs, symbols, bands, precision, floors or {}).write()
 
 
 class _BandWriter(Writer):
+    def __init__(
+        self,
+        outputs: Mapping[str, Expr],
+        symbols: Mapping[str, str],
+        bands: Collection[str],
+        precision: Precision,
+        floors: Mapping[str, float],
+    ) -> None:
+        super().__init__(outputs, symbols, bands, precision)
+        self._floors = floors
+
     def _kind(self, each: Expr) -> str:
         return "band_t"
 
@@ -138,7 +156,7 @@ class _BandWriter(Writer):
         """Spell what an operand is never below, whatever the coordinates and parameters are."""
         from lenscl.expr.enclose import least  # numpy, which only those wait for who write bands
 
-        low = least(each)
+        low = least(each, self._floors)
         if not 0.0 <= low < 1e38:  # only positive operands matter; and single precision ends there
             return "(realv)-INFINITY"
         if not self._holds(low):

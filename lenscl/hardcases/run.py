@@ -16,6 +16,8 @@ from lenscl.hardcases.pack import Pack
 from lenscl.tracing import RayMap, RayPaths, methods_of, trace, trace_rays
 
 _LEVEL: dict[str, Level] = {"single": "single", "mixed": "double", "double": "double"}
+# What a direction's length may be off 1: each surface adds some roundings times the ratio of its indices, 1000 at most
+_LENGTH: dict[Level, float] = {"single": 1e-2, "double": 1e-9}
 
 
 def run_pack(
@@ -47,32 +49,47 @@ def run_pack(
             continue
         scene = scene_from_toml(case.scene).replace({"numerics.method": method, "numerics.precision": precision})
         try:
-            answers, again = traced(case, scene, device)
+            ends = traced(case, scene, device)
         except StudyError as error:
             yield Verdict(case=case, refusal=error.problems[0])
             continue
         except (BuildError, TraceError) as error:
             yield Verdict(case=case, wrong=(Wrong(ray=None, what=f"is not traced: {error}"),))
             continue
+        answers, level = _answers(ends), _LEVEL[precision]
         if case.name in compared:
             kept[case.name] = answers
         finest: Level = "double" if device.has_double else "single"
-        verdict = replace(judge(case, pack.expected[case.name], answers, _LEVEL[precision], finest), again=again)
+        verdict = judge(case, pack.expected[case.name], answers, level, finest)
+        verdict = replace(verdict, again=ends.escalated, wrong=(*verdict.wrong, *_broken(ends, level)))
         yield _with_differences(verdict, answers, kept[case.equals]) if case.equals in kept else verdict
 
 
-def traced(case: Case, scene: Scene, device: Device) -> tuple[Answers, int]:
-    """Trace a case's rays through its scene, and say how many were traced again; errors as `trace` and `trace_rays`."""
+def traced(case: Case, scene: Scene, device: Device) -> RayMap | RayPaths:
+    """Trace a case's rays through its scene; errors as `trace` and `trace_rays`."""
     methods_of(scene)
     if case.origins is None or case.directions is None:
-        return _answers(trace(scene, device=device))
-    paths = trace_rays(scene, case.origins, case.directions, device=device)
-    return _answers(paths)
+        return trace(scene, device=device)
+    return trace_rays(scene, case.origins, case.directions, device=device)
 
 
-def _answers(ends: RayMap | RayPaths) -> tuple[Answers, int]:
+def _answers(ends: RayMap | RayPaths) -> Answers:
     st = ends.st.reshape(-1, 2).astype(np.float64)
-    return Answers(status=ends.status.ravel(), events=ends.events.ravel(), st=st), ends.escalated
+    return Answers(status=ends.status.ravel(), events=ends.events.ravel(), st=st)
+
+
+def _broken(ends: RayMap | RayPaths, level: Level) -> Iterator[Wrong]:
+    """Yield the rays, however they ended, that carry what is no number, or a direction that is not unit."""
+    count = ends.status.size
+    arrays = {name: array.reshape(count, -1) for name, array in ends.added.items()}
+    if isinstance(ends, RayPaths):
+        arrays |= {"origin": ends.origin, "direction": ends.direction}
+        length = np.linalg.norm(ends.direction.astype(np.float64), axis=1)
+        for ray in np.flatnonzero(np.abs(length - 1.0) > _LENGTH[level]):
+            yield Wrong(ray=int(ray), what=f"has a direction of length {length[ray]:.9g}")
+    for name, array in arrays.items():
+        for ray in np.flatnonzero(~np.isfinite(array).all(axis=1)):
+            yield Wrong(ray=int(ray), what=f"{name} is {array[ray]}")
 
 
 def _refusal(case: Case) -> Verdict:

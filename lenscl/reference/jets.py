@@ -190,6 +190,8 @@ def _angle(y: Jet, x: Jet) -> Jet:
     from flint import arb
 
     square = x.value**2 + y.value**2
+    if contains_zero(y.value) and not x.value > 0:  # on its cut it jumps by a full turn: no slope bounds that
+        square = square * arb("nan")
     slopes = ((x.value * a - y.value * b) / square for a, b in zip(y.slopes, x.slopes, strict=True))
     return Jet(arb.atan2(y.value, x.value), tuple(slopes))
 

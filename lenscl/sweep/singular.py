@@ -28,6 +28,7 @@ _NEAR = 2.0**-18  # of the lens: how close to a point its normals are looked at
 _SMALL = 2.0**-3  # of the lens: a group of boxes that is longer may hold several points, or a line
 _MOST_POINTS = 200
 _STARTS = 512  # of Newton's method, in a group; a point has some fifty boxes about it
+_FLAT = 1e-290  # a Hessian so small has no inverse that a number can hold
 _NEWTONS = 12
 _ZOOMS = 20
 _DISAGREE = 0.02  # between unit normals: on a smooth surface they differ by the distance over its radius
@@ -133,7 +134,7 @@ def _zero_gradients(slopes: tuple[Expr, ...], given: Values, points: Array, near
             hessian[:, i, j] = hessian[:, j, i] = value_at(second, given, points)
         vectors = vectors_at(slopes, given, points)
         scale = np.abs(hessian).max(axis=(1, 2), initial=0.0)
-        usable = np.isfinite(scale) & (scale > 0.0) & np.isfinite(vectors).all(axis=1)
+        usable = np.isfinite(scale) & (scale > _FLAT) & np.isfinite(vectors).all(axis=1)
         points, vectors = points[usable], vectors[usable]
         steps = (np.linalg.pinv(hessian[usable]) @ vectors[..., None])[..., 0]
         points = points - steps

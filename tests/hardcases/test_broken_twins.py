@@ -27,7 +27,7 @@ FOUND_BY = {
     "last roots dropped": RING,
     "first root passed over": BALL,
     "re-entry lost": RING,
-    "side taken from the sign of F": "null lens: bifolia",
+    "side taken from the sign of F": "torus: all four roots",
     "farther lens met first": "lens after lens: 2",
     "point beside the surface": BALL,
     "picture closed at 1": "screens: ties at pixel edges",
@@ -53,10 +53,15 @@ ALSO = {  # faults that need rays aimed at them, which are in the pack, and the 
 }  # fmt: skip
 
 
-def wrong(name: str, precision: str) -> int:
-    """Return how many answers of a case are wrong."""
+# Faults after which a normal looks the wrong way, or nothing is proved: such rays are traced again, and are right then
+TRACED_AGAIN = ("first root passed over", "side taken from the sign of F")
+
+
+def verdict(name: str, precision: str) -> tuple[int, int]:
+    """Return how many answers of a case are wrong, and how many rays were traced again for want of a proof."""
     found = run_pack(load_pack().having([name]), method="auto", precision=precision, device=plain_device())
-    return sum(len(verdict.wrong) for verdict in found if name in verdict.case.name)
+    some = [each for each in found if name in each.case.name]
+    return sum(len(each.wrong) for each in some), sum(each.again for each in some)
 
 
 @pytest.mark.parametrize("fault", [*FAULTS, *ALSO], ids=lambda fault: fault.name)
@@ -64,9 +69,15 @@ def test_a_case_finds_the_fault(fault: Fault) -> None:
     if fault.name in NOT_FOUND:
         pytest.skip(NOT_FOUND[fault.name])
     case, precision = ALSO[fault] if fault in ALSO else (FOUND_BY[fault.name], "double")
-    assert wrong(case, precision) == 0
+    wrong, again = verdict(case, precision)
+    assert wrong == 0
     with broken(fault):
-        assert wrong(case, precision) > 0
+        wrong, more = verdict(case, precision)
+    if fault.name in TRACED_AGAIN:
+        assert wrong == 0
+        assert more >= again + 40
+    else:
+        assert wrong > 0
 
 
 def test_every_fault_has_its_case() -> None:

@@ -8,13 +8,14 @@ from probe import device_of_width
 from lenscl import device
 from lenscl.config import Scene
 from lenscl.errors import BuildError
-from lenscl.hardcases import Answers, Case, Pack, Verdict, by_family, load_pack, run, run_pack
+from lenscl.hardcases import Case, Pack, Verdict, by_family, load_pack, run, run_pack
+from lenscl.tracing import RayMap, RayPaths
 
 # Rays that may be left undecided: chords 1e-16 below a rim, rays that touch a point; F without a value, or a square;
-# rays that start exactly along a surface and enter it at once, or lie in it
-UNDECIDED = {"short chord": 5, "bifolia": 4, "expression": 160, "lens after lens": 30, "start": 30}
+# rays that start exactly along a surface and enter it at once, or lie in it, or where it has no normal; on the source
+UNDECIDED = {"short chord": 5, "bifolia": 4, "expression": 170, "lens after lens": 30, "start": 100, "screens": 1}
 # Rays that double does not decide at first, and twice its digits do, or nothing
-AGAIN = {"tangent": 20, "short chord": 40, "bifolia": 130, "lens after lens": 90, "expression": 170, "start": 30}
+AGAIN = {"tangent": 20, "short chord": 40, "bifolia": 130, "lens after lens": 90, "expression": 170, "start": 100}
 WORST = {"double": 6.0, "single": 16.0}  # roundings as a ray's condition magnifies them; 3.7 was seen in double
 # Shares of rays whose path may be another than the exact one, or is not told
 BESIDE: dict[str, dict[str, float]] = {
@@ -110,7 +111,7 @@ def test_a_case_that_is_not_traced_is_wrong_and_ends_no_run(pack: Pack, monkeypa
     first, *others = [case.name for case in chosen.cases]
     trace = run.traced
 
-    def breaks_once(case: Case, scene: Scene, on: device.Device) -> tuple[Answers, int]:
+    def breaks_once(case: Case, scene: Scene, on: device.Device) -> RayMap | RayPaths:
         if case.name == first:
             raise BuildError("the driver refuses it")
         return trace(case, scene, on)
