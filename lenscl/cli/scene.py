@@ -65,7 +65,7 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
     """Write where every film pixel looks, without any picture.
 
     An EXR file is an ST map as compositors read it: red s, green 1 - t, alpha 1 on the picture. An NPZ file holds
-    every array of the ray map, and the scene.
+    every array of the ray map, the samples of effects.antialias among them, and the scene.
 
     With --error each pixel has a bound on the error of s and t, the larger of the two, against exact physics of the
     scene as written, in picture coordinates; in an EXR what its single precision loses is added. The bound compares:
@@ -153,6 +153,10 @@ def _report(output: Path, raymap: RayMap, achieved: Achieved | None) -> None:
     from lenscl.errors import LensclError
 
     click.echo(plain(f"{output}: {_counted(raymap.counts())}"), err=True)
+    if (samples := raymap.samples) is not None:
+        pixels, side = len(samples.pixels), samples.side
+        some = f"{pixels:,} of {raymap.status.size:,} pixels have {side} x {side} rays more"
+        click.echo(f"antialias: {some}, {pixels * side**2:,} together", err=True)
     if achieved is not None:
         click.echo(plain(f"accuracy: {achieved}, against {achieved.against}"), err=True)
     try:

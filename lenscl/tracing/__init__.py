@@ -14,7 +14,8 @@ from lenscl.tracing.judge import Nudge, trace_to_judge
 from lenscl.tracing.launch import checked_rays, kernel_source, trace, trace_rays, trace_without
 from lenscl.tracing.numbers import TOLERANCE, picture_numbers
 from lenscl.tracing.placement import Placement
-from lenscl.tracing.raymap import RayMap, RayPaths
+from lenscl.tracing.raymap import RayMap, RayPaths, Samples
+from lenscl.tracing.samples import with_samples
 from lenscl.tracing.start import locate
 from lenscl.tracing.steps import StepCount, count_steps
 
@@ -28,6 +29,7 @@ __all__ = [
     "Placement",
     "RayMap",
     "RayPaths",
+    "Samples",
     "StepCount",
     "calls",
     "checked_rays",
@@ -43,4 +45,5 @@ __all__ = [
     "trace_to_judge",
     "trace_without",
     "with_facts",
+    "with_samples",
 ]

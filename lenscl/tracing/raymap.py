@@ -78,16 +78,44 @@ class _Rays:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Samples:
+    """More rays than the one through its centre, of all film pixels or of some: what `effects.antialias` adds.
+
+    They stand at the centres of `side` x `side` squares that make up the pixel, row by row.
+
+    Attributes
+    ----------
+    side : int
+        Samples of a pixel, each way.
+    pixels : int array, shape (P,)
+        Which pixels have them: row x columns + column, rising.
+    st : real array, shape (P, side^2, 2)
+    status, events : uint8 array, shape (P, side^2)
+    added : mapping of str to array, shape (P, side^2, ...)
+        Each as in a `RayMap`.
+    """
+
+    side: int
+    pixels: NDArray[np.integer[Any]] = field(repr=False)
+    st: NDArray[Any] = field(repr=False)
+    status: NDArray[np.uint8] = field(repr=False)
+    events: NDArray[np.uint8] = field(repr=False)
+    added: Mapping[str, NDArray[Any]] = field(default=Frozen(), repr=False)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class RayMap(_Rays):
     """Where the ray of every film pixel lands; arrays of shape (rows, columns, ...).
 
     `origin` and `direction` are three times as large as the rest and seldom asked for: they are traced when first
-    read. `trace_seconds` does not count that.
+    read. `trace_seconds` does not count that. `samples` are the further rays of a scene with `effects.antialias`, a
+    `Samples`, else None; `trace_seconds` and `escalated` count them in.
     """
 
     __doc__ = f"{__doc__}\n\n{_Rays.__doc__}"
 
     legs: Callable[[], tuple[NDArray[Any], NDArray[Any]]] = field(repr=False)
+    samples: Samples | None = field(default=None, repr=False)
 
     @property
     def origin(self) -> NDArray[Any]:
