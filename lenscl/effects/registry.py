@@ -212,6 +212,13 @@ _ROWS = (
         can_be_off=False,
         beside="more rays of the same kernel",
     ),
+    Effect(
+        key="caustics",
+        model="the light on the picture: tubes of rays keep the flux that the source sends through a film pixel",
+        default=False,
+        variants={True: ()},
+        beside="the corners of the film's pixels, by the same kernel",
+    ),
 )
 
 EFFECTS: Mapping[str, Effect] = MappingProxyType({row.key: row for row in _ROWS})

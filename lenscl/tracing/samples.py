@@ -18,6 +18,7 @@ if it is n times as large.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -38,6 +39,7 @@ _VISIBLE = 0.5  # pixels of the picture: smaller steps show no edge
 _TOGETHER = 2**20  # rays made on the host at a time
 _LANDS = tuple(int(status) for status in RayStatus if status.lands)
 
+Array = NDArray[np.float64]
 Ends = dict[str, NDArray[Any]]
 
 
@@ -49,12 +51,27 @@ def with_samples(raymap: RayMap) -> RayMap:
     TraceError
         If there is no memory for the samples.
     """
-    asked = raymap.scene.effects["antialias"]
-    if asked == 1:
+    if raymap.scene.effects["antialias"] == 1:
         return raymap
+    try:
+        return _sampled(raymap)
+    except TraceError as error:
+        if not isinstance(error.__cause__, MemoryError):
+            raise
+        raise TraceError(
+            "effects.antialias: there is no memory for so many rays; ask for fewer a pixel, "
+            'for "edges", or for a smaller film'
+        ) from error
+
+
+def _sampled(raymap: RayMap) -> RayMap:
+    asked = raymap.scene.effects["antialias"]
     if asked == "edges":
         pixels = np.flatnonzero(edges(raymap))
-        side, (job, ends) = EDGE_SAMPLES, _some_pixels(raymap, pixels, EDGE_SAMPLES)
+        side = EDGE_SAMPLES
+        job, ends = trace_given(
+            raymap, lambda numbers: sample_rays(raymap.scene, numbers, side, pixels), len(pixels) * side**2
+        )
     else:
         pixels = np.arange(raymap.status.size)
         side, (job, ends) = int(asked), _every_pixel(raymap, int(asked))
@@ -119,7 +136,8 @@ def finer(scene: Scene, side: int) -> Scene:
 def _every_pixel(raymap: RayMap, side: int) -> tuple[Job, Ends]:
     scene, film = raymap.scene, raymap.scene.film
     job = Job.prepare(finer(scene, side), scene.source.kind, "map", None, None, raymap.device)
-    ends, each = _empty(job, raymap.status.size, side), side**2
+    each = side**2
+    ends = job.empty_ends(raymap.status.size * each)
     for row, column, columns, first, count in tiles(film.rows, film.columns, each):
         part = job.empty_ends(count * each)
         job.run(part, (row * side, column * side, columns * side, count * each), 0, ())
@@ -133,32 +151,38 @@ def _every_pixel(raymap: RayMap, side: int) -> tuple[Job, Ends]:
     return job, ends
 
 
-def _some_pixels(raymap: RayMap, pixels: NDArray[np.integer], side: int) -> tuple[Job, Ends]:
-    scene, each = raymap.scene, side**2
-    # Rays are given, and otherwise the kernel is the film's, with what was proved of the film's rays left out
+def trace_given(
+    raymap: RayMap, rays_of: Callable[[NDArray[np.integer[Any]]], tuple[Array, Array]], count: int
+) -> tuple[Job, Ends]:
+    """Trace rays of a map's scene that are no pixels', as the map's own are traced.
+
+    Parameters
+    ----------
+    raymap : RayMap
+    rays_of : callable
+        The origins and directions, shape (N, 3), of rays by their numbers, shape (N,); a direction of 0 is no ray.
+    count : int
+        How many there are.
+
+    Returns
+    -------
+    Job, mapping of str to array
+        Their ends, one row a ray. Where there was no ray the status is UNDECIDED.
+    """
+    # The kernel is the film's but for the start of a ray: what was proved of rays from the source holds for these
     structure = replace(raymap.kernel.structure, rays="given")
-    job = Job(scene, codegen.kernel_source(structure), raymap.device)
-    ends = _empty(job, len(pixels), side)
-    for first in range(0, len(pixels) * each, _TOGETHER):
-        samples = np.arange(first, min(first + _TOGETHER, len(pixels) * each))
-        points, vectors = sample_rays(scene, samples, side, pixels)
-        goes = vectors.any(axis=1)  # a sample on the source has no direction
+    job = Job(raymap.scene, codegen.kernel_source(structure), raymap.device)
+    ends = job.empty_ends(count)
+    for first in range(0, count, _TOGETHER):
+        numbers = np.arange(first, min(first + _TOGETHER, count))
+        points, vectors = rays_of(numbers)
+        goes = (vectors != 0).max(axis=1)
         part = given_ends(job, points, unit_vectors(np.where(goes[:, None], vectors, 1.0)))
         part["status"][~goes], part["events"][~goes], part["st"][~goes] = RayStatus.UNDECIDED, 0, -1.0
         for name, array in part.items():
-            ends[name][samples] = array
-    job.decide(ends, lambda undecided: sample_rays(scene, undecided, side, pixels))
+            ends[name][numbers] = array
+    job.decide(ends, rays_of)
     return job, ends
-
-
-def _empty(job: Job, pixels: int, side: int) -> Ends:
-    try:
-        return job.empty_ends(pixels * side**2)
-    except TraceError as error:
-        raise TraceError(
-            f"effects.antialias: there is no memory for {pixels * side**2:,} rays, {side} x {side} a pixel; "
-            'ask for fewer, for "edges", or for a smaller film'
-        ) from error
 
 
 def _pairs(shape: tuple[int, ...], down: int, right: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
