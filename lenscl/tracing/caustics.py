@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from lenscl.config import Scene
 from lenscl.config.scene import Frozen
+from lenscl.errors import TraceError
 from lenscl.status import RayStatus
 from lenscl.tracing.film import rays_through
 from lenscl.tracing.flux import flux_of_cells, flux_through
@@ -143,11 +144,23 @@ def with_caustic(raymap: RayMap) -> RayMap:
     ------
     StudyError
         If film or picture are seen edge-on from the source.
+    TraceError
+        If there is no memory for the picture's cells.
     """
-    scene = raymap.scene
-    if not scene.effects["caustics"]:
+    if not raymap.scene.effects["caustics"]:
         return raymap
-    film = scene.film
+    try:
+        return _lit(raymap)
+    except MemoryError as error:
+        columns, rows = raymap.scene.picture.size
+        raise TraceError(
+            f"effects.caustics: there is no memory for light on {columns:,} x {rows:,} cells; "
+            "use a smaller picture.size, or a smaller film"
+        ) from error
+
+
+def _lit(raymap: RayMap) -> RayMap:
+    scene, film = raymap.scene, raymap.scene.film
     direct, through = flux_of_cells(scene, scene.picture).sum(axis=-1), flux_of_cells(scene, film)
     grid = trace(_corner_scene(scene), device=raymap.device)
     ends = {"st": grid.st, "status": grid.status, "events": grid.events, **grid.added}

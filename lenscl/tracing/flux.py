@@ -17,6 +17,7 @@ from lenscl.tracing.numbers import parallel_source
 
 Array = NDArray[np.float64]
 
+_TOGETHER = 2**18  # pixels at a time: vectors take ten times the memory of what comes of them
 _EDGE_ON = 1e-9  # sine of the angle at which a screen is seen: less is as good as none
 
 
@@ -65,8 +66,13 @@ def flux_of_cells(scene: Scene, screen: Film | Picture) -> Array:
                 f"light by itself; move or turn the {name}, or the source"
             ]
         )
-    rows, columns = np.arange(screen.rows)[:, None, None], np.arange(screen.columns)[None, :, None]
-    return flux_through(scene, np.asarray(screen.corner) + columns * right + rows * down, right, down)
+    flux = np.empty((screen.rows, screen.columns, 2))
+    row_starts = np.asarray(screen.corner) + np.arange(screen.columns)[:, None] * right
+    band = max(1, _TOGETHER // screen.columns)
+    for top in range(0, screen.rows, band):
+        rows = np.arange(top, min(top + band, screen.rows))[:, None, None]
+        flux[top : top + band] = flux_through(scene, row_starts + rows * down, right, down)
+    return flux
 
 
 def _solid_angle(triple: Array, a: Array, b: Array, c: Array) -> Array:

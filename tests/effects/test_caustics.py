@@ -12,6 +12,7 @@ from scenes import make_scene
 
 from lenscl import RayStatus, StudyError, trace
 from lenscl.config import Scene
+from lenscl.errors import TraceError
 from lenscl.imaging import light, write_map
 from lenscl.tracing import RayMap, caustics
 from lenscl.tracing.flux import flux_of_cells, flux_through
@@ -238,6 +239,24 @@ def test_a_file_has_the_light_and_where_it_goes(tmp_path: Any) -> None:
         assert dict(zip(stored["caustic.ends"].tolist(), stored["caustic.shares"].tolist(), strict=True)) == dict(
             found.caustic.shares
         )
+
+
+@pytest.mark.parametrize("size", [[1, 1], [1, 4], [3, 1], [2, 2]])
+def test_films_of_a_few_pixels_light_the_picture_too(size: list[int]) -> None:
+    found = lit({"surface": "torus"}, film={"size": size}, effects={"antialias": "edges"}, cells=9)
+    assert found.caustic is not None
+    assert sum(found.caustic.shares.values()) == pytest.approx(1.0, abs=1e-9)
+    fine = lit({"surface": "torus"}, columns=36, cells=9)
+    assert found.caustic.flux == pytest.approx(fine.caustic.flux, rel=1e-9)  # type: ignore[union-attr]
+
+
+def test_no_memory_for_the_light_is_said_with_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: Any) -> Any:
+        raise MemoryError
+
+    monkeypatch.setattr(caustics, "spread", full)
+    with pytest.raises(TraceError, match=r"^effects\.caustics: there is no memory for light on 60 x 60 cells"):
+        lit(AWAY)
 
 
 @pytest.mark.parametrize(
