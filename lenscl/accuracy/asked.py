@@ -44,7 +44,7 @@ def trace(
         If an accuracy near the last digits is asked for and python-flint is missing or broken.
     """
     if scene.numerics.accuracy is None or method is not None or precision is not None:
-        return tracing.trace(scene, method=method, precision=precision, device=device)
+        return tracing.complete(tracing.trace(scene, method=method, precision=precision, device=device))
     raymap, _ = planner_of(device).trace(scene)
     return raymap
 

@@ -13,7 +13,7 @@ from lenscl.accuracy.planning import Plan, Planning
 from lenscl.config import Scene
 from lenscl.device import Device
 from lenscl.errors import StudyError
-from lenscl.tracing import RayMap, trace
+from lenscl.tracing import RayMap, complete, trace
 
 _MOST_PLANS = 256  # kept by a planner
 
@@ -55,7 +55,7 @@ class Planner:
             As `lenscl.trace`; and where certified answers are needed and python-flint is missing or broken.
         """
         if scene.numerics.accuracy is None:
-            return trace(scene, device=self._device), None
+            return complete(trace(scene, device=self._device)), None
         if like is not None:
             try:
                 raymap, achieved = self._traced(scene, self.plan(like, size), size)
@@ -63,12 +63,12 @@ class Planner:
                 pass  # what cannot be reached there may be here
             else:
                 if achieved.is_met:
-                    return raymap, achieved
+                    return complete(raymap), achieved
         failed: frozenset[Combination] = frozenset()
         while True:  # each turn leaves out one combination more, until none is left to plan with
             raymap, achieved = self._traced(scene, self.plan(scene, size, failed), size)
             if achieved.is_met:
-                return raymap, achieved
+                return complete(raymap), achieved
             failed |= {achieved.combination}  # what was enough on the plan's film is not on this one
 
     def plan(

@@ -37,10 +37,14 @@ if TYPE_CHECKING:
 def render(study_path: Path, overrides: tuple[str, ...], image: Path | None, output: Path) -> None:
     """Paint one picture as a study's scene shows it, its axes left out.
 
+    With effects.caustics it is the picture itself that is painted, of the size picture.size, in the light that the
+    source sends there through the lenses.
+
     \b
     Example:
       lenscl render configs/torus.toml -o torus.png
       lenscl render configs/torus.toml --set lens.r=0.2 -i cat.jpg -o cat.png
+      lenscl render configs/torus.toml --set effects.antialias=edges -o smooth.png
     """
     from lenscl.errors import StudyError
 
@@ -65,7 +69,8 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
     """Write where every film pixel looks, without any picture.
 
     An EXR file is an ST map as compositors read it: red s, green 1 - t, alpha 1 on the picture. An NPZ file holds
-    every array of the ray map, and the scene.
+    every array of the ray map, the samples of effects.antialias and the irradiance of effects.caustics among them, and
+    the scene.
 
     With --error each pixel has a bound on the error of s and t, the larger of the two, against exact physics of the
     scene as written, in picture coordinates; in an EXR what its single precision loses is added. The bound compares:
@@ -98,6 +103,10 @@ def _counted(counts: Mapping[RayStatus, int]) -> str:
     return ", ".join(f"{count} {status.name.lower().replace('_', ' ')}" for status, count in counts.items() if count)
 
 
+def _part(name: str, part: float) -> str:
+    return f"{100 * part:.3g} % {name}"
+
+
 def _bounded(raymap: RayMap, error: NDArray[np.float64], pixels: int) -> str:
     """Say how large the error bounds are on a picture of so many pixels, and how many have none, and why."""
     import numpy as np
@@ -120,13 +129,13 @@ def _bounded(raymap: RayMap, error: NDArray[np.float64], pixels: int) -> str:
 
 
 def _render(study: Study, image: Path, output: Path) -> None:
-    from lenscl.imaging import Painter, read_picture, write_image
+    from lenscl.imaging import painter_of, read_picture, write_image
     from lenscl.sweep import paint_as_told
     from lenscl.version import program_version
 
     picture = read_picture(image)
     raymap, achieved = _trace(study, [*study.images, image])
-    painted, encoding = paint_as_told(Painter(raymap), picture, study.scene, output.suffix.lower()[1:])
+    painted, encoding = paint_as_told(painter_of(raymap), picture, study.scene, output.suffix.lower()[1:])
     metadata = {
         "program": program_version(),
         "title": study.title,
@@ -153,6 +162,13 @@ def _report(output: Path, raymap: RayMap, achieved: Achieved | None) -> None:
     from lenscl.errors import LensclError
 
     click.echo(plain(f"{output}: {_counted(raymap.counts())}"), err=True)
+    if (samples := raymap.samples) is not None:
+        pixels, side = len(samples.pixels), samples.side
+        some = f"{pixels:,} of {raymap.status.size:,} pixels have {side} x {side} rays more"
+        click.echo(f"antialias: {some}, {pixels * side**2:,} together", err=True)
+    if (caustic := raymap.caustic) is not None:
+        shares = ((name.replace("_", " "), share) for name, share in caustic.shares.items())
+        click.echo("caustics: of the light, " + ", ".join(_part(*each) for each in shares if each[1] > 0), err=True)
     if achieved is not None:
         click.echo(plain(f"accuracy: {achieved}, against {achieved.against}"), err=True)
     try:

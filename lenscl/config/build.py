@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from typing import Any, Literal, TypeVar, cast
 
@@ -27,7 +27,7 @@ from lenscl.config.tables import (
     SourceTable,
     Table,
 )
-from lenscl.effects import EFFECTS
+from lenscl.effects import EFFECTS, Value
 from lenscl.errors import LensclError
 from lenscl.lenses import Surface, catalogue, surface, user_surface
 
@@ -170,14 +170,15 @@ def _read_effects(document: Mapping[str, Any], report: Report) -> Effects:
     if not isinstance(table, dict):
         report(f"effects: must be a table [effects], got {short(table)}")
         table = {}
-    asked: dict[str, str | bool] = {key: effect.default for key, effect in EFFECTS.items()}
+    asked: dict[str, Value] = {key: effect.default for key, effect in EFFECTS.items()}
     for key, value in table.items():
         if key in EFFECTS:
             choices = EFFECTS[key].choices
-            if not any(value is choice or (isinstance(choice, str) and value == choice) for choice in choices):
+            value = int(value) if isinstance(value, float) and value.is_integer() else value
+            if not any(type(value) is type(choice) and value == choice for choice in choices):
                 words = [choice for choice in choices if isinstance(choice, str)]
                 hint = nearest(value, words) if isinstance(value, str) and words else ""
-                listed = " or ".join(short(choice) for choice in choices)
+                listed = " or ".join(_listed(choices))
                 hint = hint if "did you mean" in hint else ""
                 report(f"effects.{key}: must be {listed}, got {short(value)}{hint}")
             else:
@@ -189,6 +190,14 @@ def _read_effects(document: Mapping[str, Any], report: Report) -> Effects:
         else:
             report(unknown_key("effects", key, (*EFFECTS, *PLANNED_EFFECTS)))
     return Effects(asked)
+
+
+def _listed(choices: tuple[Value, ...]) -> Iterator[str]:
+    """Yield the values of a key in words, whole numbers as the range that they are."""
+    numbers = [choice for choice in choices if type(choice) is int]
+    if numbers:
+        yield f"a whole number from {min(numbers)} to {max(numbers)}"
+    yield from (short(choice) for choice in choices if type(choice) is not int)
 
 
 def _read_lenses(document: Mapping[str, Any], problems: list[str]) -> list[Lens]:

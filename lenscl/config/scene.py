@@ -13,7 +13,7 @@ from typing import Any, Generic, Literal, TypeVar, cast
 
 from lenscl.config.accuracy import Accuracy
 from lenscl.config.checks import Box, Vec3
-from lenscl.effects import Fact
+from lenscl.effects import Fact, Value
 from lenscl.lenses import Surface
 from lenscl.materials import Material
 
@@ -44,12 +44,12 @@ class Frozen(Mapping[str, V], Generic[V]):
         return repr(self._items)
 
 
-class Effects(Frozen[str | bool]):
+class Effects(Frozen[Value]):
     """What `[effects]` asks for, by key; each key of the registry is also an attribute: `effects.total_reflection`."""
 
     __slots__ = ()
 
-    def __getattr__(self, key: str) -> str | bool:
+    def __getattr__(self, key: str) -> Value:
         if key.startswith("_") or key not in self._items:
             raise AttributeError(f"no effect is called {key!r}")
         return self._items[key]

@@ -33,8 +33,6 @@ from lenscl.methods import METHODS
 PLANNED_EFFECTS: dict[str, tuple[object, ...]] = {
     "dispersion": (False,),
     "footprint": (False,),
-    "antialias": (1, False),
-    "caustics": (False,),
 }
 FORMATS = ("png", "jpg", "tif", "exr")
 MODES = ("grid", "latin", "halton", "sobol", "random")

@@ -11,6 +11,30 @@ scene does not ask for leaves no text in its kernel.
 
 from __future__ import annotations
 
-from lenscl.effects.registry import EFFECTS, TOTAL, Effect, Fact, Hook, Output, Value, Variant, called
+from lenscl.effects.registry import (
+    EDGE_SAMPLES,
+    EFFECTS,
+    MOST_SAMPLES,
+    TOTAL,
+    Effect,
+    Fact,
+    Hook,
+    Output,
+    Value,
+    Variant,
+    called,
+)
 
-__all__ = ["EFFECTS", "TOTAL", "Effect", "Fact", "Hook", "Output", "Value", "Variant", "called"]
+__all__ = [
+    "EDGE_SAMPLES",
+    "EFFECTS",
+    "MOST_SAMPLES",
+    "TOTAL",
+    "Effect",
+    "Fact",
+    "Hook",
+    "Output",
+    "Value",
+    "Variant",
+    "called",
+]

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
 
-Value = str | bool  # of a key in [effects]
+Value = str | int  # of a key in [effects]; true and false among them
+MOST_SAMPLES = 16  # rays a film pixel, each way
+EDGE_SAMPLES = 4  # likewise, of the pixels that antialias = "edges" refines
 # What a scene may have or not, on which "auto" depends
 Fact = Literal["a lens is opaque", "a lens absorbs", "total reflection is possible"]
 # Where a kernel calls a variant: on a ray's start, behind a surface that it has met, on the picture's plane
@@ -75,13 +77,16 @@ class Effect:
         In `[effects]`.
     model : str
         What it computes, and whose formula that is.
-    default : str or bool
+    default : str, bool or int
     variants : mapping
-        By the value that asks for them, in the order in which they are called at a surface.
+        By the value that asks for them, in the order in which they are called at a surface; none where a value asks
+        for nothing in the kernel.
     can_be_off : bool
         Whether False asks for nothing.
     auto : str or bool, optional
         The value whose variants "auto" takes, each where its fact holds; None where the key has no "auto".
+    beside : str
+        What it does beside the kernel, of which it then needs no part; empty where it is all in the kernel.
     """
 
     key: str
@@ -90,6 +95,7 @@ class Effect:
     variants: Mapping[Value, tuple[Variant, ...]]
     can_be_off: bool = True
     auto: Value | None = None
+    beside: str = ""
 
     @property
     def choices(self) -> tuple[Value, ...]:
@@ -197,6 +203,21 @@ _ROWS = (
                 ),
             )
         },
+    ),
+    Effect(
+        key="antialias",
+        model="the mean of n x n rays a film pixel, in linear light; or only where neighbours differ",
+        default=1,
+        variants={**dict.fromkeys(range(1, MOST_SAMPLES + 1), ()), "edges": ()},
+        can_be_off=False,
+        beside="more rays of the same kernel",
+    ),
+    Effect(
+        key="caustics",
+        model="the light on the picture: tubes of rays keep the flux that the source sends through a film pixel",
+        default=False,
+        variants={True: ()},
+        beside="the corners of the film's pixels, by the same kernel",
     ),
 )
 

@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 from lenscl.imaging.encoding import Encoding, light_of
+from lenscl.imaging.lit import light, painter_of
 from lenscl.imaging.maps import write_map
 from lenscl.imaging.paint import Filter, Painter, paint
 from lenscl.imaging.read import Picture, read_metadata, read_picture, read_size
@@ -23,8 +24,10 @@ __all__ = [
     "Picture",
     "draw",
     "formats_of",
+    "light",
     "light_of",
     "paint",
+    "painter_of",
     "read_metadata",
     "read_picture",
     "read_size",

@@ -67,8 +67,12 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
         The suffix decides. Equal ray maps give equal bytes.
     raymap : RayMap
         In an `.npz` each array has its attribute's name: st, status, events, origin, direction, and what the effects
-        add; `scene_toml` is the scene as text. An EXR has those as further channels: transmittance, path_length,
-        transmission.R, .G, .B. The seconds are left out. An EXR carries `scene_toml` among its parameters.
+        add; `scene_toml` is the scene as text. What `effects.antialias` adds is there as samples.side, .pixels, .st,
+        .status, .events, and .transmittance and so on, see `lenscl.tracing.Samples`; what `effects.caustics` adds as
+        irradiance, with where the light goes as caustic.ends and caustic.shares, see `lenscl.tracing.Caustic`. An EXR
+        has what effects add to each pixel as further channels: transmittance, path_length, transmission.R, .G, .B. It
+        has one place a pixel, and so leaves out the samples; and the irradiance, which is not on the film. The seconds
+        are left out. An EXR carries `scene_toml` among its parameters.
     error : float64 array, shape (rows, columns), optional
         Bounds on the error of (s, t), -1 where there is none; in an `.npz` the array `error`. The EXR's channel `error`
         bounds the error of its own numbers: what R and G lose as float32 is added, and it is rounded up.
@@ -124,9 +128,27 @@ def _error_of(image: NDArray[np.float32], raymap: WritableMap, error: NDArray[np
     return stored[..., np.newaxis]
 
 
+def _sampled(samples: Any) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a map's samples by their names in a file."""
+    if samples is None:
+        return {}
+    own = {name: getattr(samples, name) for name in ("side", "pixels", "st", "status", "events")}
+    return {f"samples.{name}": np.asarray(array, order="C") for name, array in {**own, **samples.added}.items()}
+
+
+def _lit(caustic: Any) -> dict[str, NDArray[Any]]:
+    """Return the light on a map's picture by its names in a file."""
+    if caustic is None:
+        return {}
+    shares = caustic.shares
+    ends = {"caustic.ends": np.array(list(shares)), "caustic.shares": np.array(list(shares.values()))}
+    return {"irradiance": np.ascontiguousarray(caustic.irradiance), **ends}
+
+
 def _write_npz(file: Path, raymap: WritableMap, scene_toml: str, further: Mapping[str, NDArray[Any]]) -> None:
     arrays: dict[str, Any] = {name: np.ascontiguousarray(getattr(raymap, name)) for name in _ARRAYS}
     arrays |= {name: np.ascontiguousarray(array) for name, array in raymap.added.items()}
+    arrays |= _sampled(getattr(raymap, "samples", None)) | _lit(getattr(raymap, "caustic", None))
     arrays |= further
     arrays["scene_toml"] = np.array(scene_toml)
     with whole_file(file, sum(array.nbytes for array in arrays.values()) + 2**16) as temporary:

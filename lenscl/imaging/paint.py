@@ -2,8 +2,9 @@
 
 Input: a ray map and pixels (H, W, C). Output: pixels (rows, columns, C) of the same type. A picture's samples stand at
 (i + 1/2) / W; between them colours are mixed in linear light, and the edges go on outwards. Each film pixel is one
-point: nothing is averaged where the lens makes the picture smaller. Where the map says how much light gets through, its
-colours are dimmed by that, in linear light; alpha is not, nor is the colour outside.
+point, and nothing is averaged where the lens makes the picture smaller; where the map has samples of a pixel, it is
+their mean (`lenscl.imaging.mean`). Where the map says how much light gets through, its colours are dimmed by that, in
+linear light; alpha is not, nor is the colour outside.
 
 Alpha is the last of 2 or 4 channels. Integers carry straight alpha and are mixed multiplied by it, so that no hidden
 colour shows; floats carry colour already multiplied (associated), as EXR does. Floats are never cut off; integers are
@@ -19,26 +20,16 @@ from typing import Any, Literal, Protocol, TypeAlias, cast, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lenscl.codegen import fragment
 from lenscl.device import Buffer, Device, Program
 from lenscl.errors import StudyError
-from lenscl.imaging.encoding import (
-    DTYPES,
-    ENCODE_STEPS,
-    Encoding,
-    decode_table,
-    encode_table,
-    encoding_of,
-    full_scale,
-)
+from lenscl.imaging.encoding import DTYPES, Encoding, encode_table, encoding_of, full_scale
+from lenscl.imaging.mean import BITS, Means, SampledPixels, light_head, light_parts, lighten, parts, text_of
 from lenscl.status import RayStatus
 
 Filter: TypeAlias = Literal["nearest", "bilinear", "bicubic"]
 
 _CHANNELS = (1, 2, 3, 4)
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of sRGB's primaries: IEC 61966-2-1:1999, for pictures without colour
-_BITS = {1: "uchar", 2: "ushort", 4: "uint", 8: "ulong"}  # what a pixel of so many bytes is as bits
-_FLOATS = {"float16": "paint_half.cl", "float32": "paint_single.cl", "float64": "paint_double.cl"}
 
 
 class PaintableMap(Protocol):
@@ -63,8 +54,8 @@ class Painter:
     Parameters
     ----------
     raymap : RayMap
-        Of it only `st`, `status`, `device` and, where its scene asks for them, `transmittance` and `transmission` are
-        read.
+        Of it only `st`, `status`, `device` and, where its scene asks for them, `samples`, `transmittance` and
+        `transmission` are read. Samples stay on the host, and pass through the device part by part.
 
     Examples
     --------
@@ -81,6 +72,7 @@ class Painter:
         self._places = raymap.device.upload(raymap.st)
         self._status = raymap.device.upload(raymap.status)
         self._weights = _weights(getattr(raymap, "added", {}))
+        self._samples: SampledPixels | None = getattr(raymap, "samples", None)
 
     def paint(
         self,
@@ -92,24 +84,57 @@ class Painter:
     ) -> NDArray[Any]:
         """Return the picture seen through the film; see `paint`."""
         picture = _as_picture(pixels)
-        height, width, channels = picture.shape
+        channels = picture.shape[2]
         filter_name, curve = _filter_of(filter), encoding_of(picture.dtype, encoding)
-        source = _source(
-            picture.dtype.name, channels, self._double_places, filter_name, curve, self._weights is not None
-        )
+        source = self._source(picture.dtype, channels, filter_name, curve)
         device = self._device
         if "double" in source and not device.has_double:
             raise StudyError([f"pixels: {device.label} has no double precision; give the picture as float32"])
         program = device.build(source, kind="paint")
 
-        outside_colour = device.upload(_outside_colour(outside, picture.dtype, channels))
-        pixels_there = device.upload(picture)
+        outside_colour = _outside_colour(outside, picture.dtype, channels)
+        outside_there, pixels_there = device.upload(outside_colour), device.upload(picture)
         light_there = pixels_there
         if filter_name != "nearest" or self._weights is not None:
-            light_there = _lighten(program, picture, pixels_there)
+            light_there = lighten(program, picture, pixels_there)
+        painted_there = self._painted(program, picture.shape, picture.dtype, (pixels_there, light_there, outside_there))
+        if self._samples is not None:
+            means = Means(device, picture, pixels_there, outside_colour, curve)
+            for part in parts(self._samples, device):
+                painter = Painter(part)
+                text = painter._source(means.dtype, channels, filter_name, "linear")
+                seen = (means.light, means.light, means.outside)
+                light = painter._painted(device.build(text, kind="paint"), picture.shape, means.dtype, seen)
+                means.write(part, light, painted_there)
         painted = np.empty((*self._shape, channels), picture.dtype)
-        painted_there = device.empty(painted.nbytes)
-        count = self._shape[0] * self._shape[1]
+        device.download(painted_there, painted)
+        return painted if pixels.ndim == 3 else painted[..., 0]
+
+    def _source(self, dtype: np.dtype[Any], channels: int, filter_name: Filter, encoding: Encoding) -> str:
+        return _source(dtype.name, channels, self._double_places, filter_name, encoding, self._weights is not None)
+
+    def _painted(
+        self,
+        program: Program,
+        shape: tuple[int, ...],
+        dtype: np.dtype[Any],
+        seen: tuple[Buffer, Buffer, Buffer],
+    ) -> Buffer:
+        """Return the film as it is painted, on the device.
+
+        Parameters
+        ----------
+        program : Program
+            Of `_source`.
+        shape, dtype : (H, W, C), dtype
+            Of the picture.
+        seen : three buffers
+            The picture's pixels, the same as linear light, and the colour outside.
+        """
+        height, width, channels = shape
+        pixels_there, light_there, outside_there = seen
+        device, count = self._device, self._shape[0] * self._shape[1]
+        painted_there = device.empty(count * channels * dtype.itemsize)
         program.run(
             "paint",
             count,
@@ -122,13 +147,12 @@ class Painter:
                 pixels_there,
                 light_there,
                 device.upload(encode_table()),
-                outside_colour,
+                outside_there,
                 painted_there,
-                *self._weights_there(picture.dtype, channels),
+                *self._weights_there(dtype, channels),
             ],
         )
-        device.download(painted_there, painted)
-        return painted if pixels.ndim == 3 else painted[..., 0]
+        return painted_there
 
     def _weights_there(self, dtype: np.dtype[Any], channels: int) -> list[Buffer]:
         """Return on the device what reaches the film of each colour; nothing where all of it does."""
@@ -154,7 +178,8 @@ def paint(
     raymap : RayMap
         Rays of status PICTURE take their colour at `st`, all others take `outside`. Where its effects say what gets
         through (`transmittance`, `transmission`), colours are dimmed by that in linear light; a picture without colour
-        by what is left of the luminance of white.
+        by what is left of the luminance of white. A pixel with `samples` is the mean of what they find, in linear
+        light and each of the same weight, whatever its status.
     pixels : array, shape (H, W, C) or (H, W)
         uint8, uint16, float16, float32 or float64; C = 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA. The picture and the
         result must each fit into one allocation of the device.
@@ -171,7 +196,8 @@ def paint(
     -------
     array, shape (rows, columns, C) or (rows, columns)
         Of the dtype of `pixels`. A picture of one colour stays exactly that colour (sRGB-encoded floats to rounding).
-        Where the mixed alpha of an integer picture is 0, the colour is the nearest pixel's. A pixel that is NaN or Inf
+        Where the mixed alpha of an integer picture is 0, the colour is that of the pixel nearest to where the film
+        pixel's own ray lands. A pixel that is NaN or Inf
         makes the places NaN or Inf whose mix includes it, and no others.
 
     Raises
@@ -182,17 +208,6 @@ def paint(
         If the device has not the memory.
     """
     return Painter(raymap).paint(pixels, filter=filter, encoding=encoding, outside=outside)
-
-
-def _lighten(program: Program, picture: NDArray[Any], pixels_there: Buffer) -> Buffer:
-    """Return the picture on the device as linear light, colour multiplied by alpha."""
-    device = program.device
-    is_integer = picture.dtype.kind == "u"
-    light_of = decode_table(picture.dtype.name) if is_integer else np.zeros(1, np.float32)  # floats read no table
-    light_there = device.empty(picture.size * max(4, picture.itemsize))
-    count = picture.shape[0] * picture.shape[1]
-    program.run("lighten", count, [np.int64(count), pixels_there, device.upload(light_of), light_there])
-    return light_there
 
 
 def _as_picture(pixels: NDArray[Any]) -> NDArray[Any]:
@@ -267,7 +282,7 @@ def _source(
     dtype = np.dtype(dtype_name)
     head = {
         "PLACE": "double" if double_places else "float",
-        "STORED": _BITS[dtype.itemsize],
+        "STORED": BITS[dtype.itemsize],
         "WORK": "double" if dtype.itemsize == 8 and (filter_name != "nearest" or is_weighted) else "float",
         "CHANNELS": channels,
         "COLOURS": channels - (channels % 2 == 0),
@@ -275,17 +290,8 @@ def _source(
     }
     names: Sequence[str] = ("paint_nearest.cl",)
     if filter_name != "nearest" or is_weighted:
-        if dtype.kind == "u":
-            head |= {"FULL_SCALE": full_scale(dtype), "ENCODE_STEPS": ENCODE_STEPS}
-            light = ("paint_codes.cl", f"paint_codes_{encoding}.cl")
-            mix = "paint_straight.cl" if channels in (2, 4) else "paint_opaque.cl"
-        else:
-            light = (_FLOATS[dtype_name], f"paint_floats_{encoding}.cl")
-            mix = "paint_opaque.cl"
+        head |= light_head(dtype)
         taps = ("paint_point.cl",) if filter_name == "nearest" else (f"paint_{filter_name}.cl", "paint_blend.cl")
-        names = (*light, mix, "paint_light.cl", *taps)
-    lines = [f"#define {name} {value}\n" for name, value in head.items()]
-    if "double" in head.values():
-        lines.append("#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n")
-    parts = ("paint_picture.cl", f"paint_{'weighted' if is_weighted else 'unweighted'}.cl", *names, "paint.cl")
-    return "".join(lines) + "".join(f'#line 1 "{name}"\n{fragment(name)}' for name in parts)
+        names = (*light_parts(dtype, channels, encoding), *taps)
+    weights = f"paint_{'weighted' if is_weighted else 'unweighted'}.cl"
+    return text_of(head, ("paint_picture.cl", weights, *names, "paint.cl"))

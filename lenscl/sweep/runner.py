@@ -27,7 +27,7 @@ from lenscl.accuracy import Achieved, Planner, SelfCheck, check_map, largest_siz
 from lenscl.config import Point, Scene
 from lenscl.device import Device, choose
 from lenscl.errors import LensclError, NoDeviceError, StudyError
-from lenscl.imaging import Encoding, Painter, write_image
+from lenscl.imaging import Encoding, Painter, painter_of, write_image
 from lenscl.sweep.cleaning import clear_folder, remove_leftovers
 from lenscl.sweep.errors import SweepError
 from lenscl.sweep.lock import folder_lock
@@ -186,7 +186,7 @@ class _Runner:
             try:
                 scene, like = self.plan.scene_of(point), self._like(point)
                 raymap, achieved = self._planner.trace(scene, size=self._size, like=like)
-                self._traced = _Traced(raymap, Painter(raymap), _checked(raymap), achieved)
+                self._traced = _Traced(raymap, painter_of(raymap), _checked(raymap), achieved)
             except NoDeviceError:
                 raise
             except Exception as error:  # one bad point fails alone

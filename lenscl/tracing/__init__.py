@@ -6,6 +6,7 @@ on any image; painting with it is `lenscl.imaging`'s work.
 
 from __future__ import annotations
 
+from lenscl.tracing.beside import complete
 from lenscl.tracing.called import Call, calls, study_facts, with_facts
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.follow import Ends, Follower, PixelFollower
@@ -14,13 +15,14 @@ from lenscl.tracing.judge import Nudge, trace_to_judge
 from lenscl.tracing.launch import checked_rays, kernel_source, trace, trace_rays, trace_without
 from lenscl.tracing.numbers import TOLERANCE, picture_numbers
 from lenscl.tracing.placement import Placement
-from lenscl.tracing.raymap import RayMap, RayPaths
+from lenscl.tracing.raymap import Caustic, RayMap, RayPaths, Samples
 from lenscl.tracing.start import locate
 from lenscl.tracing.steps import StepCount, count_steps
 
 __all__ = [
     "TOLERANCE",
     "Call",
+    "Caustic",
     "Ends",
     "Follower",
     "Nudge",
@@ -28,9 +30,11 @@ __all__ = [
     "Placement",
     "RayMap",
     "RayPaths",
+    "Samples",
     "StepCount",
     "calls",
     "checked_rays",
+    "complete",
     "count_steps",
     "film_rays",
     "kernel_source",

@@ -37,8 +37,8 @@ class Call:
     ----------
     effect : Effect
     variant : Variant or None
-        None where the effect is not asked for.
-    asked : str or bool
+        None where the effect is not asked for, or is no part of the kernel.
+    asked : str, bool or int
         The value of its key.
     is_in : bool
         Whether it is compiled in.
@@ -102,7 +102,9 @@ def calls(scene: Scene, *, rays_given: bool = False) -> Iterator[Call]:
         asked = scene.effects[effect.key]
         variants = effect.variants.get(effect.auto if asked == "auto" and effect.auto is not None else asked, ())
         if not variants:
-            yield Call(effect=effect, variant=None, asked=asked, is_in=False, why="not asked for")
+            is_in = bool(effect.beside) and asked != effect.default
+            why = f"asked for: {effect.beside}" if is_in else "not asked for"
+            yield Call(effect=effect, variant=None, asked=asked, is_in=is_in, why=why)
         for variant in variants:
             if asked != "auto" or variant.fact is None:
                 yield Call(effect=effect, variant=variant, asked=asked, is_in=True, why="asked for")

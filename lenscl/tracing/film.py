@@ -22,7 +22,15 @@ def film_rays(scene: Scene, pixels: NDArray[np.integer]) -> tuple[Array, Array]:
         Numbers of pixels, row by row.
     """
     film = scene.film
-    s, t = (pixels % film.columns + 0.5) / film.columns, (pixels // film.columns + 0.5) / film.rows
+    return rays_through(scene, (pixels % film.columns + 0.5) / film.columns, (pixels // film.columns + 0.5) / film.rows)
+
+
+def rays_through(scene: Scene, s: Array, t: Array) -> tuple[Array, Array]:
+    """Return origins and directions of the rays through any places of the film, shape (N,) each; as `film_rays`.
+
+    s goes along its `right`, t along its `down`, 0 to 1.
+    """
+    film = scene.film
     spans = s[:, None] * np.asarray(film.right) + t[:, None] * np.asarray(film.down)
     targets = np.asarray(film.corner, dtype=np.float64) + spans
     if scene.source.at is not None:

@@ -101,7 +101,7 @@ class Job:
         """Trace the ray of every film pixel; return the ends, row by row."""
         film = self.scene.film
         ends = self.empty_ends(film.rows * film.columns)
-        for row, column, columns, first, count in _tiles(film.rows, film.columns):
+        for row, column, columns, first, count in tiles(film.rows, film.columns):
             self.run(ends, (row, column, columns, count), first, ())
         return ends
 
@@ -316,15 +316,19 @@ def named(arrays: dict[str, NDArray[Any]]) -> dict[str, Any]:
     return {**{name: array for name, array in arrays.items() if name in own}, "added": Frozen(added)}
 
 
-def _tiles(rows: int, columns: int) -> Iterator[tuple[int, int, int, int, int]]:
-    """Yield (first row, first column, columns, first pixel, pixels): whole rows, or parts of one that is too long."""
-    if columns > _TILE_PIXELS:
+def tiles(rows: int, columns: int, each: int = 1) -> Iterator[tuple[int, int, int, int, int]]:
+    """Yield (first row, first column, columns, first pixel, pixels): whole rows, or parts of one that is too long.
+
+    `each` is how many rays a pixel has.
+    """
+    most = _TILE_PIXELS // each
+    if columns > most:
         for row in range(rows):
-            for column in range(0, columns, _TILE_PIXELS):
-                part = min(_TILE_PIXELS, columns - column)
+            for column in range(0, columns, most):
+                part = min(most, columns - column)
                 yield row, column, part, row * columns + column, part
         return
-    together = _TILE_PIXELS // columns
+    together = most // columns
     for row in range(0, rows, together):
         yield row, 0, columns, row * columns, columns * min(together, rows - row)
 

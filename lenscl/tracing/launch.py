@@ -25,7 +25,7 @@ def trace(
     """Trace the ray of every film pixel by the method and precision that are named.
 
     What `lenscl.trace` comes to, with its parameters and errors, once it is chosen how to trace: a scene that asks for
-    an accuracy is refused unless `method` or `precision` is given.
+    an accuracy is refused unless `method` or `precision` is given. One ray a pixel is traced; `complete` adds more.
     """
 
     def traced(ends: Literal["map", "legs"]) -> tuple[Job, dict[str, Any]]:

@@ -20,7 +20,7 @@ from lenscl.status import RayStatus
 _ADDED_BY = {
     effect.key: {output.name for some in effect.variants.values() for one in some for output in one.adds}
     for effect in EFFECTS.values()
-}
+} | {"caustics": {"irradiance"}}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,16 +78,78 @@ class _Rays:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Samples:
+    """More rays than the one through its centre, of all film pixels or of some: what `effects.antialias` adds.
+
+    They stand at the centres of `side` x `side` squares that make up the pixel, row by row.
+
+    Attributes
+    ----------
+    side : int
+        Samples of a pixel, each way.
+    pixels : int array, shape (P,)
+        Which pixels have them: row x columns + column, rising.
+    st : real array, shape (P, side^2, 2)
+    status, events : uint8 array, shape (P, side^2)
+    added : mapping of str to array, shape (P, side^2, ...)
+        Each as in a `RayMap`.
+    """
+
+    side: int
+    pixels: NDArray[np.integer[Any]] = field(repr=False)
+    st: NDArray[Any] = field(repr=False)
+    status: NDArray[np.uint8] = field(repr=False)
+    events: NDArray[np.uint8] = field(repr=False)
+    added: Mapping[str, NDArray[Any]] = field(default=Frozen(), repr=False)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Caustic:
+    """The light on the picture: what `effects.caustics` adds.
+
+    Attributes
+    ----------
+    irradiance : float64 array, shape (H, W)
+        On the cells of `picture.size`, from above: 1 is what the source would send there, were there neither lenses nor
+        a film that lets only its own cone of light through; 0 where none of the cone gets to.
+    flux : float
+        Light of the cone through the film: its solid angle in steradian, or for parallel light its area across.
+    shares : mapping of str to float
+        Where that light goes, which sums to 1: the statuses in lower case, and what is "reflected" and "absorbed" on
+        the way where `fresnel` and `absorption` are compiled in. The light that gets to its end counts by the status
+        of its rays.
+    cut : int
+        Film pixels that were cut into smaller tubes, for the map is torn, folded or bent there.
+    """
+
+    irradiance: NDArray[np.float64] = field(repr=False)
+    flux: float
+    shares: Mapping[str, float]
+    cut: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class RayMap(_Rays):
     """Where the ray of every film pixel lands; arrays of shape (rows, columns, ...).
 
     `origin` and `direction` are three times as large as the rest and seldom asked for: they are traced when first
-    read. `trace_seconds` does not count that.
+    read. `trace_seconds` does not count that. `samples` are the further rays of a scene with `effects.antialias`, a
+    `Samples`, else None; `caustic` is the light on the picture with `effects.caustics`, a `Caustic`, else None. What
+    those take is counted in `trace_seconds` and `escalated`.
     """
 
     __doc__ = f"{__doc__}\n\n{_Rays.__doc__}"
 
     legs: Callable[[], tuple[NDArray[Any], NDArray[Any]]] = field(repr=False)
+    samples: Samples | None = field(default=None, repr=False)
+    caustic: Caustic | None = field(default=None, repr=False)
+
+    @property
+    def irradiance(self) -> NDArray[np.float64]:
+        """The light on the picture, shape (H, W): that of its `caustic`."""
+        if self.caustic is None:
+            raise AttributeError("irradiance")  # what to do is said by __getattr__, which is asked next
+        return self.caustic.irradiance
 
     @property
     def origin(self) -> NDArray[Any]:

@@ -15,12 +15,13 @@ def rows(text: str) -> dict[str, str]:
 
 
 def test_it_says_what_is_in_and_out_and_why(lenscl, study_path: Path) -> None:
-    result = lenscl("explain", study_path, "--set", "effects.fresnel=true")
+    result = lenscl("explain", study_path, "--set", "effects.fresnel=true", "--set", "effects.antialias=edges")
     found = rows(result.stdout)
     assert "by the exact law" in found["refraction in always snell_exact"]
     assert "no lens has an absorption" in found["absorption out derived absorption"]
     assert "no lens has absorbs = true" in found["absorption out derived opaque"]
     assert "asked for" in found["fresnel in asked fresnel"]
+    assert "asked for: more rays of the same kernel" in found["antialias in asked asked"]
     assert "ns a ray with all that is in" in result.stdout
     assert "precision" in result.stdout
     (path_length,) = (line for start, line in found.items() if start.startswith("path_length"))

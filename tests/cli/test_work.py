@@ -166,6 +166,45 @@ def test_render_and_sweep_paint_the_same_colours(lenscl, study_path: Path) -> No
     assert np.array_equal(swept, read_picture(study_path.parent / "one.png").pixels)
 
 
+@pytest.mark.parametrize("asked", ["2", "edges"])
+def test_antialiasing_smooths_what_is_painted_and_says_how_many_rays_it_took(lenscl, study_path: Path, asked) -> None:
+    folder, settings = study_path.parent, ("--set", "lens.r=0.25", "--set", "lens.n=1.5")
+    lenscl("render", study_path, *settings, "-o", folder / "plain.png")
+    result = lenscl("render", study_path, *settings, "--set", f"effects.antialias={asked}", "-o", folder / "x.png")
+    said = re.search(r"antialias: (\d+) of 640 pixels have (\d) x \2 rays more, ([\d,]+) together", result.stderr)
+    assert said is not None, result.stderr
+    pixels, side, rays = (int(number.replace(",", "")) for number in said.groups())
+    assert rays == pixels * side**2
+    assert pixels == 640 if asked == "2" else 50 < pixels < 400
+    rows = table(
+        lenscl("sweep", study_path, *settings, "--set", f"effects.antialias={asked}", "-o", folder / "out").stdout
+    )
+    smooth = read_picture(folder / "x.png").pixels
+    assert np.array_equal(read_picture(Path(rows[0]["output"])).pixels, smooth)
+    assert not np.array_equal(smooth, read_picture(folder / "plain.png").pixels)
+
+
+def test_with_caustics_the_picture_is_painted_in_its_light_and_it_is_said_where_the_light_goes(
+    lenscl, study_path: Path
+) -> None:
+    folder = study_path.parent
+    asked = ("--set", "effects.caustics=true", "--set", "picture.size=[40, 24]", "--set", "effects.fresnel=true")
+    asked += ("--set", "lens.r=0.25", "--set", "lens.n=1.5")
+    result = lenscl("render", study_path, *asked, "-o", folder / "lit.png")
+    said = re.search(r"caustics: of the light, (.*)", result.stderr)
+    assert said is not None, result.stderr
+    shares = {name: float(share) for share, name in re.findall(r"([\d.e-]+) % ([a-z ]+)", said[1])}
+    assert {"picture", "reflected"} <= set(shares)
+    assert sum(shares.values()) == pytest.approx(100, abs=0.5)
+    lit = read_picture(folder / "lit.png").pixels
+    assert lit.shape == (24, 40, 3)
+    rows = table(lenscl("sweep", study_path, *asked, "-o", folder / "out").stdout)
+    assert np.array_equal(read_picture(Path(rows[0]["output"])).pixels, lit)
+    assert lenscl("map", study_path, *asked, "-o", folder / "map.npz").exit_code == 0
+    with np.load(folder / "map.npz") as stored:
+        assert stored["irradiance"].shape == (24, 40)
+
+
 @pytest.mark.parametrize(("dtype", "white"), [(np.uint8, 255), (np.uint16, 65535)])
 def test_the_colour_outside_means_the_same_for_every_depth(lenscl, study_path: Path, dtype, white: int) -> None:
     folder = study_path.parent

@@ -55,7 +55,7 @@ PLAUSIBLE = {
     "picture": {"scale": [2], "outside": [[0.5], [1, 2, 3]], "filter": ["nearest"], "images": ["a*"], "size": [[5, 5]]},
     "medium": {"n": ["air", 1.33, {"cauchy": [1.3]}]},
     "lens": {"r": [0.1, 1], "n": ["BK7", 2], "stretch": [[-1, 1, 1e-3]], "rotate": [[0, 720, 0]], "name": ["ring"]},
-    "effects": {"total_reflection": ["follow", "end"], "fresnel": [False], "antialias": [1]},
+    "effects": {"total_reflection": ["follow", "end"], "fresnel": [False], "antialias": [1, 4, "edges"]},
     "numerics": {"precision": ["single"], "max_events": [1, 255], "tolerance": [1e-9], "method": ["march"]},
     "sweep": {
         "max_points": [2, 100],

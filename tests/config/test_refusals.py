@@ -380,6 +380,13 @@ def test_an_effect_that_asks_for_nothing_is_accepted(base, problems, idle):
     assert problems(base + f"[effects]\n{idle}\n") == ()
 
 
+@pytest.mark.parametrize("value", ["0", "17", "-2", "2.5", "true", "false", "'edge'", "'4'", "[4]"])
+def test_what_is_no_count_of_rays_is_refused_with_what_is(base, problems, value):
+    (found,) = problems(base + f"[effects]\nantialias = {value}\n")
+    assert found.startswith('effects.antialias: must be a whole number from 1 to 16 or "edges", got ')
+    assert problems(base + "[effects]\nantialias = 4.0\n") == ()
+
+
 def test_all_problems_come_at_once_each_led_by_its_key(base, problems):
     text = (
         base.replace("at = [0, 0, 4]", "at = [0, 0]\nfoo = 1")

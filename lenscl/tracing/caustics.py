@@ -1,0 +1,311 @@
+"""Light on the picture: tubes of rays carry it from the source through the film and the lenses.
+
+Input: a traced map whose scene asks for `caustics`. Output: the same map with a `Caustic`.
+
+The corners of the film's pixels are traced. A pixel is a tube of two triangles, and the light through each keeps to it:
+it is spread evenly over the triangle between the places of its corners' rays, by exact area. Where rays focus the
+triangles are small, or turned over; both are as they should be, and no light is lost or made. What a picture without
+lenses gets is what its cells see of the source; `irradiance` is the ratio.
+
+A tube is cut into 4 x 4 whose corners are traced, those again into 4 x 4 and those into 2 x 2, where it is
+
+- torn: its corners' rays end otherwise, or meet other surfaces; what is torn to the last goes where the ray through its
+  middle goes. Rays that land beside the picture and those that land on it are one sheet: its edge tears nothing;
+- folded, or crossed by a jump: all corners of a film's pixel are edges by the rule of `lenscl.tracing.samples`;
+- bent: its corners gather the light unevenly, by more than a tenth, over more than half a cell.
+
+So irradiance is that of exact optics but for how it changes across such a tube. Without lenses that is by how much the
+light changes across a film pixel, some four times its angle as the source sees it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lenscl.config import Scene
+from lenscl.config.scene import Frozen
+from lenscl.errors import TraceError
+from lenscl.status import RayStatus
+from lenscl.tracing.film import rays_through
+from lenscl.tracing.flux import flux_of_cells, flux_through
+from lenscl.tracing.launch import trace
+from lenscl.tracing.overlap import drop, spread
+from lenscl.tracing.raymap import Caustic, RayMap
+from lenscl.tracing.samples import edges, trace_given
+
+_SIDES = (4, 4, 2)  # tubes that one is cut into, each way, and what of those is to be cut, and so on
+_BENT = 0.1  # by which part a tube's corners may differ in what they gather
+_SEEN = 0.5  # cells: what is smaller shows no shape
+_WIDEST = 2.0**16  # cells up to which a tube may reach: farther out, places have lost digits that areas need
+_TUBES = 2**18  # that are handled at a time
+_TOGETHER = 2**14  # that are cut at a time
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of sRGB's primaries: IEC 61966-2-1:1999
+_LANDS = tuple(int(status) for status in RayStatus if status.lands)
+# A tube's corners on a grid of corners: corner, right, down, far
+_CORNERS = (np.s_[..., :-1, :-1], np.s_[..., :-1, 1:], np.s_[..., 1:, :-1], np.s_[..., 1:, 1:])
+_TRIANGLES = ([0, 1, 2], [1, 3, 2])  # of them
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class _Rays:
+    """Ends of rays, shape (...): places in cells of the picture, and the shares that surfaces and insides let on."""
+
+    place: Array
+    status: NDArray[np.uint8]
+    events: NDArray[np.uint8]
+    refracted: Array
+    left: Array  # of what was refracted, by luminance
+
+    @classmethod
+    def of(cls, ends: Mapping[str, Any], scene: Scene, *shape: int) -> _Rays:
+        """Return the ends that a trace yields, in another shape; what no effect weakens goes on as it is."""
+        count = ends["status"].size
+        refracted = ends["transmittance"].astype(np.float64).ravel() if "transmittance" in ends else np.ones(count)
+        left = ends["transmission"].astype(np.float64) @ _LUMINANCE if "transmission" in ends else np.ones(count)
+        return cls(
+            place=ends["st"].astype(np.float64).reshape(*shape, 2) * scene.picture.size,
+            status=ends["status"].reshape(shape),
+            events=ends["events"].reshape(shape),
+            refracted=refracted.reshape(shape),
+            left=left.reshape(shape),
+        )
+
+    def rows(self, first: int, last: int) -> _Rays:
+        """Return the rays of some rows of a grid."""
+        some = slice(first, last)
+        return _Rays(self.place[some], self.status[some], self.events[some], self.refracted[some], self.left[some])
+
+    def of_tubes(self, which: NDArray[np.bool_]) -> _Rays:
+        """Return the corners of some tubes, shape (N, 4), of rays that stand at corners on grids (..., rows, columns).
+
+        `which`, shape (..., rows - 1, columns - 1), says of which.
+        """
+
+        def corners(array: NDArray[Any]) -> NDArray[Any]:
+            return np.stack([array[part][which] for part in _CORNERS], axis=1)
+
+        x, y = corners(self.place[..., 0]), corners(self.place[..., 1])
+        others = (corners(array) for array in (self.status, self.events, self.refracted, self.left))
+        return _Rays(np.stack([x, y], axis=-1), *others)
+
+
+class _Account:
+    """What the picture's cells have got, where the rest of the light has gone, and records of what that took."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.columns, self.rows = scene.picture.size
+        self.cells = np.zeros((self.rows, self.columns))
+        self.records: list[Mapping[str, Any]] = []
+        self.ends = dict.fromkeys((*(status.name.lower() for status in RayStatus), "reflected", "absorbed"), 0.0)
+
+    def add_tubes(self, corners: _Rays, flux: Array) -> None:
+        """Spread the light of tubes, shape (N, 4); flux, shape (N, 2), is that of their triangles."""
+        lands = np.isin(corners.status[:, 0], _LANDS)
+        for number, triangle in enumerate(_TRIANGLES):
+            share = corners.refracted[:, triangle]
+            arrives = self._weigh(flux[:, number], share.mean(axis=1), (share * corners.left[:, triangle]).mean(axis=1))
+            self._end(corners.status[~lands, 0], arrives[~lands])
+            self._land(spread, corners.place[lands][:, triangle], arrives[lands])
+
+    def add_rays(self, rays: _Rays, flux: Array) -> None:
+        """Let the light of tubes, shape (N,), go where single rays go."""
+        lands = np.isin(rays.status, _LANDS)
+        arrives = self._weigh(flux, rays.refracted, rays.refracted * rays.left)
+        self._end(rays.status[~lands], arrives[~lands])
+        self._land(drop, rays.place[lands], arrives[lands])
+
+    def _weigh(self, flux: Array, refracted: Array, left: Array) -> Array:
+        self.ends["reflected"] += float((flux * (1.0 - refracted)).sum())
+        self.ends["absorbed"] += float((flux * (refracted - left)).sum())
+        return flux * left
+
+    def _end(self, status: NDArray[np.uint8], arrives: Array) -> None:
+        for number, light in enumerate(np.bincount(status, arrives, len(RayStatus))):
+            self.ends[RayStatus(number).name.lower()] += float(light)
+
+    def _land(self, how: Any, places: Array, arrives: Array) -> None:
+        got = how(places, arrives, self.rows, self.columns)
+        self.cells += got
+        self.ends["picture"] += float(got.sum())
+        self.ends["off_picture"] += float(arrives.sum() - got.sum())
+
+
+def with_caustic(raymap: RayMap) -> RayMap:
+    """Return a map with the light on its picture where the scene's `effects.caustics` asks for that; else itself.
+
+    Raises
+    ------
+    StudyError
+        If film or picture are seen edge-on from the source.
+    TraceError
+        If there is no memory for the picture's cells.
+    """
+    if not raymap.scene.effects["caustics"]:
+        return raymap
+    try:
+        return _lit(raymap)
+    except MemoryError as error:
+        columns, rows = raymap.scene.picture.size
+        raise TraceError(
+            f"effects.caustics: there is no memory for light on {columns:,} x {rows:,} cells; "
+            "use a smaller picture.size, or a smaller film"
+        ) from error
+
+
+def _lit(raymap: RayMap) -> RayMap:
+    scene, film = raymap.scene, raymap.scene.film
+    direct, through = flux_of_cells(scene, scene.picture).sum(axis=-1), flux_of_cells(scene, film)
+    grid = trace(_corner_scene(scene), device=raymap.device)
+    ends = {"st": grid.st, "status": grid.status, "events": grid.events, **grid.added}
+    rays = _Rays.of(ends, scene, *grid.status.shape)
+    is_sheet = np.isin(grid.status, _LANDS) & (np.abs(rays.place).max(axis=-1) <= _WIDEST)
+    is_edge = edges(replace(grid, status=np.where(is_sheet, np.uint8(RayStatus.PICTURE), grid.status)))
+    size = scene.picture.size
+    cut = np.logical_and.reduce([is_edge[part] for part in _CORNERS]) | _is_wide(rays, size) | _is_bent(rays, size)
+
+    account = _Account(scene)
+    band = max(1, _TUBES // film.columns)
+    for top in range(0, film.rows, band):
+        some = ~cut[top : top + band]
+        account.add_tubes(rays.rows(top, top + band + 1).of_tubes(some), through[top : top + band][some])
+    _add_cut(account, raymap, np.argwhere(cut).astype(np.float64))
+    records = account.records
+    total = float(through.sum())
+    return replace(
+        raymap,
+        caustic=Caustic(
+            irradiance=account.cells / direct,
+            flux=total,
+            shares=Frozen({name: light / total for name, light in account.ends.items()}),
+            cut=int(cut.sum()),
+        ),
+        trace_seconds=sum((record["trace_seconds"] for record in records), raymap.trace_seconds + grid.trace_seconds),
+        escalated=sum((record["escalated"] for record in records), raymap.escalated + grid.escalated),
+    )
+
+
+def _add_cut(account: _Account, raymap: RayMap, at: Array) -> None:
+    """Add the light through film pixels that are to be cut.
+
+    Parameters
+    ----------
+    account : _Account
+    raymap : RayMap
+    at : float64 array, shape (N, 2)
+        Where on the film they begin, (row, column) in pixels.
+    """
+    size = 1.0
+    for level, side in enumerate(_SIDES, 1):
+        again = [_cut_once(account, raymap, some, size, side, level == len(_SIDES)) for some in _together(at)]
+        at, size = np.concatenate([at[:0], *again]), size / side
+    for some in _together(at):
+        middles = _Rays.of(_traced(account, raymap, some + size / 2), raymap.scene, len(some))
+        account.add_rays(middles, _flux(raymap.scene, some, size).sum(axis=-1))
+
+
+def _cut_once(account: _Account, raymap: RayMap, at: Array, size: float, side: int, is_last: bool) -> Array:
+    """Cut tubes of a size in pixels, `side` x `side`; return where those begin that have to be cut again."""
+    step = size / side
+    corners = at[:, None, None] + step * np.moveaxis(np.indices((side + 1, side + 1)), 0, -1)
+    rays = _Rays.of(_traced(account, raymap, corners.reshape(-1, 2)), raymap.scene, *corners.shape[:-1])
+    begins = corners[:, :-1, :-1]
+    tubes = rays.of_tubes(np.ones(begins.shape[:-1], dtype=bool))
+    again = _is_torn(tubes).reshape(begins.shape[:-1]) | _is_wide(rays, raymap.scene.picture.size)
+    if not is_last:
+        again |= _is_bent(rays, raymap.scene.picture.size)
+    account.add_tubes(rays.of_tubes(~again), _flux(raymap.scene, begins[~again], step))
+    return begins[again]
+
+
+def _together(at: Array) -> Iterator[Array]:
+    """Yield as many tubes as are cut at a time."""
+    yield from (at[first : first + _TOGETHER] for first in range(0, len(at), _TOGETHER))
+
+
+def _traced(account: _Account, raymap: RayMap, at: Array) -> Mapping[str, NDArray[Any]]:
+    """Return the ends of rays through places of the film, shape (N, 2), (row, column) in pixels."""
+    scene, film = raymap.scene, raymap.scene.film
+
+    def rays_of(numbers: NDArray[np.integer[Any]]) -> tuple[Array, Array]:
+        return rays_through(scene, at[numbers, 1] / film.columns, at[numbers, 0] / film.rows)
+
+    job, ends = trace_given(raymap, rays_of, len(at))
+    account.records.append(job.record())
+    return ends
+
+
+def _flux(scene: Scene, at: Array, size: float) -> Array:
+    """Return the flux through both triangles of squares of the film, shape (N, 2), as in `_add_cut`."""
+    film = scene.film
+    right, down = np.asarray(film.right) / film.columns, np.asarray(film.down) / film.rows
+    corners = np.asarray(film.corner) + at[:, :1] * down + at[:, 1:] * right
+    return flux_through(scene, corners, size * right, size * down)
+
+
+def _is_torn(tubes: _Rays) -> NDArray[np.bool_]:
+    """Say of tubes' corners, shape (N, 4), whether their rays end otherwise, or meet other surfaces."""
+    end = np.where(np.isin(tubes.status, _LANDS), 0, 1 + tubes.status.astype(np.int32)) * 256 + tubes.events
+    torn: NDArray[np.bool_] = (end[:, 0] != end[:, 1]) | (end[:, 0] != end[:, 2]) | (end[:, 0] != end[:, 3])
+    return torn
+
+
+def _reaches(rays: _Rays, size: tuple[int, int]) -> NDArray[np.bool_]:
+    """Say which tubes between corners on grids may put light on the picture, by the box around their places."""
+    found = np.ones((1,), dtype=bool)
+    for axis in (0, 1):
+        corners = [rays.place[..., axis][part] for part in _CORNERS]
+        found = found & (np.minimum.reduce(corners) <= size[axis]) & (np.maximum.reduce(corners) >= 0.0)
+    return found
+
+
+def _is_wide(rays: _Rays, size: tuple[int, int]) -> NDArray[np.bool_]:
+    """Say which tubes between corners on grids, shape (..., rows, columns), land too far apart to be spread."""
+    far = (np.abs(rays.place[..., 0]) > _WIDEST) | (np.abs(rays.place[..., 1]) > _WIDEST)
+    wide: NDArray[np.bool_] = np.logical_or.reduce([far[part] for part in _CORNERS])
+    return wide & _reaches(rays, size)
+
+
+def _is_bent(rays: _Rays, size: tuple[int, int]) -> NDArray[np.bool_]:
+    """Say which tubes between corners on grids gather light unevenly, by the areas that their steps span there."""
+    corner, right, down, far = (rays.place[(*part, slice(None))] for part in _CORNERS)
+    lands = np.isin(rays.status, _LANDS)
+    with np.errstate(over="ignore", invalid="ignore"):
+        across, below, up, back = right - corner, down - corner, far - right, far - down
+        spans = [_cross(across, below), _cross(across, up), _cross(back, below), _cross(back, up)]
+        apart = np.maximum.reduce(spans) - np.minimum.reduce(spans)
+        wide = np.maximum(np.abs(far - corner), np.abs(right - down))
+        is_seen = np.maximum(wide[..., 0], wide[..., 1]) > _SEEN
+        uneven = apart > _BENT * sum(np.abs(span) for span in spans) / len(spans)
+    bent: NDArray[np.bool_] = uneven & is_seen & np.logical_and.reduce([lands[part] for part in _CORNERS])
+    return bent & _reaches(rays, size)
+
+
+def _cross(a: Array, b: Array) -> Array:
+    spanned: Array = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return spanned
+
+
+def _corner_scene(scene: Scene) -> Scene:
+    """Return a scene whose film has a pixel around every corner of the scene's pixels."""
+    film = scene.film
+    right, down = np.asarray(film.right) / film.columns, np.asarray(film.down) / film.rows
+    columns, rows = film.columns + 1, film.rows + 1
+    return replace(
+        scene,
+        film=replace(
+            film,
+            keeps="corner",
+            anchor=tuple((np.asarray(film.corner) - (right + down) / 2).tolist()),
+            unscaled_right=tuple((right * columns).tolist()),
+            unscaled_down=tuple((down * rows).tolist()),
+            scale=1.0,
+            size=(columns, rows),
+        ),
+    )

@@ -1,0 +1,83 @@
+"""How much light a source sends through parallelograms: through film pixels, and straight to the picture's cells.
+
+A point source shines alike in all directions: the flux through something is its solid angle. Parallel light is even
+across its direction: the flux is the area, seen along it. Either is that of two triangles a parallelogram, corner,
+right, down and right, far, down. Source of the solid angle: Van Oosterom & Strackee, The solid angle of a plane
+triangle, IEEE Trans. Biomed. Eng. 30 (1983), eq. 8.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lenscl.config import Film, Picture, Scene
+from lenscl.errors import StudyError
+from lenscl.tracing.numbers import parallel_source
+
+Array = NDArray[np.float64]
+
+_TOGETHER = 2**18  # pixels at a time: vectors take ten times the memory of what comes of them
+_EDGE_ON = 1e-9  # sine of the angle at which a screen is seen: less is as good as none
+
+
+def flux_through(scene: Scene, corners: Array, right: Array, down: Array) -> Array:
+    """Return the flux through both triangles of parallelograms, shape (..., 2), steradian or area.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its source.
+    corners : float64 array, shape (..., 3)
+    right, down : float64 array, shape (3,)
+        What spans each of them.
+    """
+    normal = np.cross(right, down)
+    if scene.source.at is None:
+        direction, _ = parallel_source(scene)
+        return np.full((*corners.shape[:-1], 2), abs(float(direction @ normal)) / 2)
+    a = corners - np.asarray(scene.source.at, dtype=np.float64)
+    b, c, d = a + right, a + down, a + right + down
+    triple = np.abs(a @ normal)  # of either triangle's corners, without the difference of nearly equal products
+    return np.stack([_solid_angle(triple, a, b, c), _solid_angle(triple, b, d, c)], axis=-1)
+
+
+def flux_of_cells(scene: Scene, screen: Film | Picture) -> Array:
+    """Return the flux through every pixel of a screen, were there no lenses, shape (rows, columns, 2).
+
+    Raises
+    ------
+    StudyError
+        If the screen is seen edge-on from the source, so that no light goes through it.
+    """
+    right, down = np.asarray(screen.right) / screen.columns, np.asarray(screen.down) / screen.rows
+    normal = np.cross(screen.right, screen.down)
+    if scene.source.at is None:
+        direction, _ = parallel_source(scene)
+        sine = abs(float(direction @ normal)) / float(np.linalg.norm(normal))
+    else:
+        far = np.asarray(screen.centre) - np.asarray(scene.source.at)
+        sine = abs(float(far @ normal)) / (float(np.linalg.norm(far) * np.linalg.norm(normal)) or 1.0)
+    if not sine > _EDGE_ON:
+        name = "film" if isinstance(screen, Film) else "picture"
+        raise StudyError(
+            [
+                f"effects.caustics: the {name}'s plane runs through the source, or along parallel light, and gets no "
+                f"light by itself; move or turn the {name}, or the source"
+            ]
+        )
+    flux = np.empty((screen.rows, screen.columns, 2))
+    row_starts = np.asarray(screen.corner) + np.arange(screen.columns)[:, None] * right
+    band = max(1, _TOGETHER // screen.columns)
+    for top in range(0, screen.rows, band):
+        rows = np.arange(top, min(top + band, screen.rows))[:, None, None]
+        flux[top : top + band] = flux_through(scene, row_starts + rows * down, right, down)
+    return flux
+
+
+def _solid_angle(triple: Array, a: Array, b: Array, c: Array) -> Array:
+    lengths = [np.linalg.norm(side, axis=-1) for side in (a, b, c)]
+    dots = [np.einsum("...i,...i->...", *pair) for pair in ((b, c), (a, c), (a, b))]
+    below = np.prod(lengths, axis=0) + sum(dot * length for dot, length in zip(dots, lengths, strict=True))
+    angle: Array = 2 * np.arctan2(triple, below)
+    return angle

@@ -1,0 +1,91 @@
+"""Light that is spread over a grid by exact area, against polygons that are cut cell by cell."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from lenscl.tracing.overlap import drop, spread
+
+ROWS, COLUMNS = 7, 9
+Point = tuple[float, float]
+
+
+def half(polygon: list[Point], axis: int, border: float, side: int) -> list[Point]:
+    """Return the part of a convex polygon on one side of a border across an axis (Sutherland & Hodgman, 1974)."""
+    kept: list[Point] = []
+    for p, q in zip(polygon, polygon[1:] + polygon[:1], strict=True):
+        at_p, at_q = side * (p[axis] - border), side * (q[axis] - border)
+        if at_p >= 0:
+            kept.append(p)
+        if (at_p < 0) != (at_q < 0):
+            way = at_p / (at_p - at_q)
+            kept.append((p[0] + way * (q[0] - p[0]), p[1] + way * (q[1] - p[1])))
+    return kept
+
+
+def area(polygon: list[Point]) -> float:
+    pairs = zip(polygon, polygon[1:] + polygon[:1], strict=True)
+    return abs(sum(p[0] * q[1] - p[1] * q[0] for p, q in pairs)) / 2
+
+
+def cut_cell_by_cell(triangles: NDArray[np.float64], carried: NDArray[np.float64]) -> NDArray[np.float64]:
+    cells = np.zeros((ROWS, COLUMNS))
+    for triangle, carries in zip(triangles.tolist(), carried.tolist(), strict=True):
+        whole = [(x, y) for x, y in triangle]
+        for row, column in np.ndindex(ROWS, COLUMNS):
+            part = whole
+            for axis, low in enumerate((column, row)):
+                part = half(part, axis, low, 1)
+                part = half(part, axis, low + 1, -1)
+            cells[row, column] += carries * area(part) / area(whole)
+    return cells
+
+
+@pytest.mark.parametrize("size", [0.02, 0.6, 5.0, 300.0])
+def test_each_cell_gets_the_part_that_it_shares(size: float) -> None:
+    random = np.random.default_rng(round(100 * size))
+    triangles = random.uniform(-2, 11, (60, 1, 2)) + size * random.standard_normal((60, 3, 2))
+    carried = random.random(60)
+    found, expected = spread(triangles, carried, ROWS, COLUMNS), cut_cell_by_cell(triangles, carried)
+    assert expected.sum() > 1e-4 * carried.sum()
+    np.testing.assert_allclose(found, expected, atol=1e-9 * max(1.0, expected.max()))
+    np.testing.assert_allclose(spread(triangles[:, ::-1], carried, ROWS, COLUMNS), found, atol=1e-12)
+
+
+def test_edges_along_the_cells_own_count_once() -> None:
+    """A grid of squares, each cut in two, laid on the cells' borders, and turned about."""
+    corners = np.array([[2.0, 1.0], [6.0, 1.0], [2.0, 5.0], [6.0, 5.0]])
+    for order in ([0, 1, 2, 3], [3, 2, 1, 0], [2, 0, 3, 1]):
+        a, b, c, d = corners[order]
+        cells = spread(np.array([[a, b, c], [b, d, c]]), np.array([8.0, 8.0]), ROWS, COLUMNS)
+        expected = np.zeros((ROWS, COLUMNS))
+        expected[1:5, 2:6] = 1.0
+        np.testing.assert_allclose(cells, expected, atol=1e-14)
+
+
+def test_nothing_is_lost_of_what_lies_within_however_thin_it_is() -> None:
+    random = np.random.default_rng(3)
+    thin = random.uniform(1, 6, (400, 3, 2))
+    thin[:, 2] = thin[:, 0] + (thin[:, 1] - thin[:, 0]) * random.random((400, 1))
+    thin[:, 2] += 10.0 ** random.uniform(-14, -3, (400, 1))
+    thin[:50] = thin[:50, :1]  # all corners at one point
+    carried = random.random(400)
+    cells = spread(thin, carried, ROWS, COLUMNS)
+    assert cells.sum() == pytest.approx(carried.sum(), rel=1e-9)
+    assert cells.min() >= -1e-9
+
+
+def test_points_fall_into_their_cell_or_beside_the_grid() -> None:
+    points = np.array([[0.0, 0.0], [0.999, 0.0], [8.999, 6.999], [9.0, 3.0], [3.0, 7.0], [-1e-9, 2.0], [2.0, 3.5]])
+    cells = drop(points, np.arange(1.0, 8.0), ROWS, COLUMNS)
+    assert {place: cells[place] for place in zip(*map(tuple, np.nonzero(cells)), strict=True)} == {
+        (0, 0): 3.0, (6, 8): 3.0, (3, 2): 7.0,
+    }  # fmt: skip
+
+
+def test_a_grid_without_light_is_dark() -> None:
+    assert not spread(np.zeros((0, 3, 2)), np.zeros(0), ROWS, COLUMNS).any()
+    away = np.array([[[20.0, 1.0], [30.0, 1.0], [20.0, 5.0]], [[1.0, -9.0], [2.0, -9.0], [1.0, -3.0]]])
+    assert not spread(away, np.ones(2), ROWS, COLUMNS).any()
