@@ -2,8 +2,10 @@
 
 Input: a ray map and pixels (H, W, C). Output: pixels (rows, columns, C) of the same type. A picture's samples stand at
 (i + 1/2) / W; between them colours are mixed in linear light, and the edges go on outwards. Each film pixel is one
-point: nothing is averaged where the lens makes the picture smaller. Where the map says how much light gets through, its
-colours are dimmed by that, in linear light; alpha is not, nor is the colour outside.
+point: nothing is averaged where the lens makes the picture smaller, unless the map has a `jacobian`. Then a film pixel
+is the mean over the parallelogram that it covers on the picture, to first order; where that is no longer than half a
+picture pixel the two are the same. Where the map says how much light gets through, its colours are dimmed by that, in
+linear light; alpha is not, nor is the colour outside.
 
 Alpha is the last of 2 or 4 channels. Integers carry straight alpha and are mixed multiplied by it, so that no hidden
 colour shows; floats carry colour already multiplied (associated), as EXR does. Floats are never cut off; integers are
@@ -20,17 +22,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lenscl.codegen import fragment
-from lenscl.device import Buffer, Device, Program
+from lenscl.device import Buffer, Device
 from lenscl.errors import StudyError
 from lenscl.imaging.encoding import (
     DTYPES,
     ENCODE_STEPS,
     Encoding,
-    decode_table,
     encode_table,
     encoding_of,
     full_scale,
 )
+from lenscl.imaging.light import lighten
 from lenscl.status import RayStatus
 
 Filter: TypeAlias = Literal["nearest", "bilinear", "bicubic"]
@@ -63,8 +65,8 @@ class Painter:
     Parameters
     ----------
     raymap : RayMap
-        Of it only `st`, `status`, `device` and, where its scene asks for them, `transmittance` and `transmission` are
-        read.
+        Of it only `st`, `status`, `device` and, where its scene asks for them, `transmittance`, `transmission` and
+        `jacobian` are read.
 
     Examples
     --------
@@ -80,7 +82,10 @@ class Painter:
         self._device = raymap.device
         self._places = raymap.device.upload(raymap.st)
         self._status = raymap.device.upload(raymap.status)
-        self._weights = _weights(getattr(raymap, "added", {}))
+        added = getattr(raymap, "added", {})
+        self._weights = _weights(added)
+        jacobian = added.get("jacobian")
+        self._footprints = [] if jacobian is None else [raymap.device.upload(jacobian.astype(raymap.st.dtype))]
 
     def paint(
         self,
@@ -95,7 +100,13 @@ class Painter:
         height, width, channels = picture.shape
         filter_name, curve = _filter_of(filter), encoding_of(picture.dtype, encoding)
         source = _source(
-            picture.dtype.name, channels, self._double_places, filter_name, curve, self._weights is not None
+            picture.dtype.name,
+            channels,
+            self._double_places,
+            filter_name,
+            curve,
+            self._weights is not None,
+            bool(self._footprints),
         )
         device = self._device
         if "double" in source and not device.has_double:
@@ -105,8 +116,8 @@ class Painter:
         outside_colour = device.upload(_outside_colour(outside, picture.dtype, channels))
         pixels_there = device.upload(picture)
         light_there = pixels_there
-        if filter_name != "nearest" or self._weights is not None:
-            light_there = _lighten(program, picture, pixels_there)
+        if filter_name != "nearest" or self._weights is not None or self._footprints:
+            light_there = lighten(program, picture, pixels_there, is_pyramid=bool(self._footprints))
         painted = np.empty((*self._shape, channels), picture.dtype)
         painted_there = device.empty(painted.nbytes)
         count = self._shape[0] * self._shape[1]
@@ -125,6 +136,7 @@ class Painter:
                 outside_colour,
                 painted_there,
                 *self._weights_there(picture.dtype, channels),
+                *self._footprints,
             ],
         )
         device.download(painted_there, painted)
@@ -154,13 +166,16 @@ def paint(
     raymap : RayMap
         Rays of status PICTURE take their colour at `st`, all others take `outside`. Where its effects say what gets
         through (`transmittance`, `transmission`), colours are dimmed by that in linear light; a picture without colour
-        by what is left of the luminance of white.
+        by what is left of the luminance of white. With `jacobian` each colour is the mean over the pixel's footprint:
+        up to 16 x 16 places by the filter, on a pyramid of means where the footprint is 8 picture pixels wide or more
+        than 16 long. Beyond the picture its edges go on; edges of the lens are not softened.
     pixels : array, shape (H, W, C) or (H, W)
         uint8, uint16, float16, float32 or float64; C = 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA. The picture and the
         result must each fit into one allocation of the device.
     filter : str
         "nearest" copies the pixel (floor(t H), floor(s W)) bit for bit; "bilinear" mixes 2 x 2 samples, "bicubic"
-        (Catmull-Rom, which passes through the samples and overshoots at hard edges) 4 x 4.
+        (Catmull-Rom, which passes through the samples and overshoots at hard edges) 4 x 4. With `jacobian` the mean is
+        taken over places that are each looked at so.
     encoding : str, optional
         "srgb" or "linear"; default "srgb" for integers, "linear" for floats.
     outside : number or sequence
@@ -172,7 +187,7 @@ def paint(
     array, shape (rows, columns, C) or (rows, columns)
         Of the dtype of `pixels`. A picture of one colour stays exactly that colour (sRGB-encoded floats to rounding).
         Where the mixed alpha of an integer picture is 0, the colour is the nearest pixel's. A pixel that is NaN or Inf
-        makes the places NaN or Inf whose mix includes it, and no others.
+        makes the places NaN or Inf whose mix includes it, and no others; with `jacobian` all that its levels lead to.
 
     Raises
     ------
@@ -182,17 +197,6 @@ def paint(
         If the device has not the memory.
     """
     return Painter(raymap).paint(pixels, filter=filter, encoding=encoding, outside=outside)
-
-
-def _lighten(program: Program, picture: NDArray[Any], pixels_there: Buffer) -> Buffer:
-    """Return the picture on the device as linear light, colour multiplied by alpha."""
-    device = program.device
-    is_integer = picture.dtype.kind == "u"
-    light_of = decode_table(picture.dtype.name) if is_integer else np.zeros(1, np.float32)  # floats read no table
-    light_there = device.empty(picture.size * max(4, picture.itemsize))
-    count = picture.shape[0] * picture.shape[1]
-    program.run("lighten", count, [np.int64(count), pixels_there, device.upload(light_of), light_there])
-    return light_there
 
 
 def _as_picture(pixels: NDArray[Any]) -> NDArray[Any]:
@@ -261,20 +265,27 @@ def _weights(added: Mapping[str, NDArray[Any]]) -> NDArray[np.float64] | None:
 
 @cache
 def _source(
-    dtype_name: str, channels: int, double_places: bool, filter_name: Filter, encoding: Encoding, is_weighted: bool
+    dtype_name: str,
+    channels: int,
+    double_places: bool,
+    filter_name: Filter,
+    encoding: Encoding,
+    is_weighted: bool,
+    has_footprints: bool = False,
 ) -> str:
     """Return the text of one paint program: the head, then the fragments that the picture calls for."""
     dtype = np.dtype(dtype_name)
+    mixes = filter_name != "nearest" or is_weighted or has_footprints
     head = {
         "PLACE": "double" if double_places else "float",
         "STORED": _BITS[dtype.itemsize],
-        "WORK": "double" if dtype.itemsize == 8 and (filter_name != "nearest" or is_weighted) else "float",
+        "WORK": "double" if dtype.itemsize == 8 and mixes else "float",
         "CHANNELS": channels,
         "COLOURS": channels - (channels % 2 == 0),
         "ON_PICTURE": int(RayStatus.PICTURE),
     }
     names: Sequence[str] = ("paint_nearest.cl",)
-    if filter_name != "nearest" or is_weighted:
+    if mixes:
         if dtype.kind == "u":
             head |= {"FULL_SCALE": full_scale(dtype), "ENCODE_STEPS": ENCODE_STEPS}
             light = ("paint_codes.cl", f"paint_codes_{encoding}.cl")
@@ -283,9 +294,12 @@ def _source(
             light = (_FLOATS[dtype_name], f"paint_floats_{encoding}.cl")
             mix = "paint_opaque.cl"
         taps = ("paint_point.cl",) if filter_name == "nearest" else (f"paint_{filter_name}.cl", "paint_blend.cl")
-        names = (*light, mix, "paint_light.cl", *taps)
+        places = ("paint_pyramid.cl", "paint_footprint.cl") if has_footprints else ("paint_once.cl",)
+        names = (*light, mix, "paint_light.cl", *taps, *places)
     lines = [f"#define {name} {value}\n" for name, value in head.items()]
     if "double" in head.values():
         lines.append("#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n")
-    parts = ("paint_picture.cl", f"paint_{'weighted' if is_weighted else 'unweighted'}.cl", *names, "paint.cl")
+    weights = f"paint_{'weighted' if is_weighted else 'unweighted'}.cl"
+    places_known = f"paint_{'footprints' if has_footprints else 'places'}.cl"
+    parts = ("paint_picture.cl", weights, places_known, *names, "paint.cl")
     return "".join(lines) + "".join(f'#line 1 "{name}"\n{fragment(name)}' for name in parts)
