@@ -1,7 +1,6 @@
 // paint_blend.cl: mix the samples around a place in linear light.
 //
-// provides  sample()
-// needs     paint_picture; TAPS, BASE, weigh(); DIM(), SAMPLE_WEIGHTS; from_light(); the head: PLACE, WORK, CHANNELS
+// provides  mix_light()        needs  paint_picture; TAPS, BASE, weigh(); the head: PLACE, WORK, CHANNELS
 //
 // Samples stand at (i + 1/2) / W. Each mix starts from its base sample and adds weighted differences, so equal samples
 // give exactly themselves, whatever the weights' rounding. A sample of weight 0 is not looked at: a NaN or Inf reaches
@@ -31,23 +30,22 @@ static inline void blend_row(const picture_t *picture, int column, int row, cons
   }
 }
 
-static inline void sample(const picture_t *picture, PLACE s, PLACE t, global STORED *colour SAMPLE_WEIGHTS) {
+// The light at a place, in pixels from the picture's corner.
+static inline void mix_light(const picture_t *picture, PLACE right, PLACE down, WORK sum[CHANNELS]) {
   // Find the base sample; x >= -1/2, so cutting off the fraction rounds down but for the first half pixel
-  const PLACE x = s * picture->width - (PLACE)0.5f, y = t * picture->height - (PLACE)0.5f;
+  const PLACE x = right - (PLACE)0.5f, y = down - (PLACE)0.5f;
   const int column = x < (PLACE)0 ? -1 : (int)x, row = y < (PLACE)0 ? -1 : (int)y;
-  WORK across[TAPS], down[TAPS];
+  WORK across[TAPS], along[TAPS];
   weigh((WORK)(x - column), across);
-  weigh((WORK)(y - row), down);
+  weigh((WORK)(y - row), along);
 
   // Mix each row, then the rows
-  WORK base[CHANNELS], sum[CHANNELS], value[CHANNELS];
+  WORK base[CHANNELS], value[CHANNELS];
   blend_row(picture, column, row, across, base);
   for (int c = 0; c < CHANNELS; ++c) sum[c] = base[c];
   for (int tap = 0; tap < TAPS; ++tap) {
     if (tap == BASE) continue;
     blend_row(picture, column, row + tap - BASE, across, value);
-    add_difference(sum, base, value, down[tap]);
+    add_difference(sum, base, value, along[tap]);
   }
-  DIM(sum);
-  from_light(sum, picture->srgb_of, picture->pixels + nearest_pixel(picture, s, t), colour);
 }

@@ -1,11 +1,9 @@
-// paint_point.cl: take the light of the picture pixel that holds the place, and dim it.
+// paint_point.cl: take the light of the picture pixel that holds a place.
 //
-// provides  sample()        needs  paint_picture, paint_weighted; from_light(); the head: PLACE, WORK, CHANNELS
+// provides  mix_light()        needs  paint_picture; the head: PLACE, WORK, CHANNELS
 
-static inline void sample(const picture_t *picture, PLACE s, PLACE t, global STORED *colour SAMPLE_WEIGHTS) {
-  const long pixel = nearest_pixel(picture, s, t);
-  WORK light[CHANNELS];
-  for (int c = 0; c < CHANNELS; ++c) light[c] = picture->light[pixel + c];
-  DIM(light);
-  from_light(light, picture->srgb_of, picture->pixels + pixel, colour);
+// The light at a place, in pixels from the picture's corner.
+static inline void mix_light(const picture_t *picture, PLACE right, PLACE down, WORK sum[CHANNELS]) {
+  global const WORK *at = picture->light + pixel_at(picture, (int)right, (int)down);
+  for (int c = 0; c < CHANNELS; ++c) sum[c] = at[c];
 }

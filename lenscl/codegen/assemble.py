@@ -46,6 +46,7 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         *([] if structure.rays == "given" else [located("film.cl")]),
         located(f"rays_{structure.rays}.cl"),
         located("placement.cl"),
+        *(located(f"{name}.cl") for name in structure.needs),
         *searches(structure),
         *(piece for number in range(len(structure.lenses)) for piece in _lens(structure, number)),
         *([located(f"total_{_possible(structure)}.cl")] if structure.snell == "exact" else []),
@@ -53,7 +54,8 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         located("screen.cl"),
         located(f"ends_{structure.ends}.cl"),
         *_lens_numbers(structure),
-        *(located(f"effects/{effect.name}.cl") for effect in structure.effects),
+        *(["\n".join(_surface_calls(structure))] if structure.needs else []),
+        *(located(f"effects/{name}.cl") for name in _effect_files(structure)),
         generated("what this scene consists of"),
         "\n".join(_calls(structure)),
         located("parks.cl" if structure.parks else "parks_never.cl"),
@@ -84,6 +86,7 @@ def _lens(structure: Structure, number: int) -> Iterator[str]:
     yield f"#define LENS_NUMBER {number}\n#define LENS(name) lens_{number}_##name\n"
     yield f"#define SURFACE(name) {prefix}_##name\n"
     yield located("lens.cl")
+    yield from (located(f"lens_{name}.cl") for name in structure.needs)
     yield "#undef LENS_NUMBER\n#undef LENS\n#undef SURFACE\n"
 
 
@@ -99,6 +102,24 @@ def _lens_numbers(structure: Structure) -> Iterator[str]:
         for number in range(1, len(structure.lenses)):
             lines.append(f"  found = lens == (maskv){number} ? (realv)scene->lens_{number}.{spelled} : found;")
         yield "\n".join([*lines, "  return found;", "}\n"])
+
+
+def _effect_files(structure: Structure) -> Iterator[str]:
+    for effect in structure.effects:
+        yield from (f"{effect.name}_{getattr(structure, attribute)}" for attribute in effect.by)
+        yield effect.name
+
+
+def _surface_calls(structure: Structure) -> Iterator[str]:
+    """Yield a function for each that effects call of the surfaces, by the numbers of a packet's lenses."""
+    for name in structure.needs:
+        yield generated("functions of a packet's surfaces")
+        yield f"static inline void at_lens_{name}(const scene_t *scene, maskv lens, {name}_t *asked) {{"
+        for number in range(len(structure.lenses)):
+            yield f"  const maskv is_{number} = lens == (maskv){number};"
+            call = f"lens_{number}_{name}(&scene->lens_{number}, scene->shape_{number}, is_{number}, asked)"
+            yield f"  if (any_lane(is_{number})) {call};"
+        yield "}\n"
 
 
 def _calls(structure: Structure) -> Iterator[str]:
@@ -118,6 +139,7 @@ def _calls(structure: Structure) -> Iterator[str]:
     yield "static inline void at_picture(ray_t *ray, const place_t *place, const scene_t *scene) {"
     if structure.ends == "map":  # else the last surface point is the end
         yield from _hooked(structure, "picture", "ray, place, scene")
+    yield from _hooked(structure, "landing", "ray, place, scene")
     yield "}\n"
     yield from _stores(structure.adds)
 

@@ -85,6 +85,9 @@ def _searched_surface(structure: Structure, prefix: str) -> Iterator[str]:
     if not is_mixed:
         yield from _isolated_surface(structure, prefix, prefix, structure.carried)
     yield finish_functions(prefix, surface, method, structure.carried)
+    if structure.needs:
+        yield generated("what effects ask of the surface")
+        yield surface_functions(prefix, surface, structure.needs, structure.carried)
     tolerance = "(realv)method->tolerance" if "tolerance" in method.reads else "(realv)0"
     yield f"#define {prefix}_CONVEX {int(surface.is_convex)}\n#define {prefix}_TOLERANCE {tolerance}\n"
     yield f"#define SURFACE(name) {prefix}_##name\n"

@@ -35,6 +35,7 @@ class Structure:
     run: int  # packets that one work-item carries, one after the other
     parks: bool  # whether the last few rays of a packet are put aside for another launch
     counts: bool = False  # whether the searches' steps are counted
+    source: Literal["point", "parallel"] = "point"  # of the film's rays, also where others are traced
 
     def form(self) -> tuple[Hashable, ...]:
         """Return all that the text hangs on, as values to compare by."""
@@ -97,6 +98,11 @@ class Structure:
     def adds(self) -> tuple[Output, ...]:
         """What the effects add to a ray map."""
         return tuple(output for effect in self.effects for output in effect.adds)
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The functions of every surface that the effects call, each once."""
+        return tuple(dict.fromkeys(one for effect in self.effects for one in effect.needs))
 
     def reads(self) -> tuple[str, ...]:
         """Return the keys of [numerics] that any method reads, each once."""

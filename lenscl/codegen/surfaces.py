@@ -8,12 +8,21 @@ from textwrap import shorten
 from lenscl.codegen.along import along_functions
 from lenscl.codegen.bands import band_functions, band_functions_twice, leaves_of
 from lenscl.codegen.text import Precision, function, shape_symbols, unlike
-from lenscl.expr import Expr, build, gradient, number, symbol
+from lenscl.expr import Expr, build, differentiate, gradient, number, symbol
 from lenscl.lenses import Surface
 
 _COMMENT = 100  # characters of a formula that a comment shows
 _VECTOR = "const real3v g = {{{df_dx}, {df_dy}, {df_dz}}};\nreturn g;"
 _VALUE_AND_VECTOR = "g->x = {df_dx};\ng->y = {df_dy};\ng->z = {df_dz};\nreturn {f};"
+_SECOND = {
+    f"d2f_d{u}d{v}": (i, j) for i, u in enumerate("xyz") for j, v in enumerate("xyz") if i <= j
+}  # by row and column of the symmetric matrix
+_VECTOR_AND_MATRIX = "".join(
+    [
+        *(f"g->{axis} = {{df_d{axis}}};\n" for axis in "xyz"),
+        *(f"h[{place}] = {{{name}}};\n" for place, name in enumerate(_SECOND)),
+    ]
+)
 _COORDINATES = {"x": "p.x", "y": "p.y", "z": "p.z"}
 
 
@@ -52,6 +61,14 @@ def _gradient(prefix: str, surface: Surface, precision: Precision) -> str:
     return function(signature, _slopes(surface), _VECTOR, _local(surface), precision)
 
 
+def _hessian(prefix: str, surface: Surface, precision: Precision) -> str:
+    """Return the gradient and the second derivatives: xx, xy, xz, yy, yz, zz."""
+    signature = f"void {prefix}_hessian(real3v p, {prefix}_t shape, real3v *g, realv h[6])"
+    slopes = gradient(surface.expression)
+    second = {name: differentiate(slopes[i], "xyz"[j]) for name, (i, j) in _SECOND.items()}
+    return function(signature, _slopes(surface) | second, _VECTOR_AND_MATRIX, _local(surface), precision)
+
+
 def _leaf_value_and_gradient(prefix: str, surface: Surface, precision: Precision) -> str:
     """Return the value and gradient of one leaf; near an edge, or beside faces of larger values, F may show another."""
     signature = f"realv {prefix}_leaf_f_gradient(real3v p, {prefix}_t shape, realv leaf, real3v *g)"
@@ -69,6 +86,7 @@ WRITERS: dict[str, Callable[[str, Surface, Precision], str]] = {
     "f": _value,
     "f_gradient": _value_and_gradient,
     "gradient": _gradient,
+    "hessian": _hessian,
     "leaf_f_gradient": _leaf_value_and_gradient,
     "leaf_gradient": _leaf_gradient,
     "along": along_functions,

@@ -32,7 +32,6 @@ from lenscl.methods import METHODS
 # Effects of the study format that this version may lack, with the values that ask for nothing
 PLANNED_EFFECTS: dict[str, tuple[object, ...]] = {
     "dispersion": (False,),
-    "footprint": (False,),
 }
 FORMATS = ("png", "jpg", "tif", "exr")
 MODES = ("grid", "latin", "halton", "sobol", "random")

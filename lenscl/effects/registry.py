@@ -12,8 +12,9 @@ MOST_SAMPLES = 16  # rays a film pixel, each way
 EDGE_SAMPLES = 4  # likewise, of the pixels that antialias = "edges" refines
 # What a scene may have or not, on which "auto" depends
 Fact = Literal["a lens is opaque", "a lens absorbs", "total reflection is possible"]
-# Where a kernel calls a variant: on a ray's start, behind a surface that it has met, on the picture's plane
-Hook = Literal["start", "interface", "picture"]
+# Where a kernel calls a variant: on a ray's start, behind a surface that it has met, on the picture's plane where a map
+# is made, and there whatever is made
+Hook = Literal["start", "interface", "picture", "landing"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,11 +30,19 @@ class Output:
         several one of (rows, columns, N).
     meaning : str
         With its unit.
+    shape : tuple of int, optional
+        Of a pixel's numbers, where they are no plain row: an array of (rows, columns, *shape).
     """
 
     name: str
     members: tuple[str, ...]
     meaning: str
+    shape: tuple[int, ...] | None = None
+
+    @property
+    def pixel_shape(self) -> tuple[int, ...]:
+        """The shape of a pixel's numbers."""
+        return self.shape or ((len(self.members),) if len(self.members) > 1 else ())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +53,7 @@ class Variant:
     ----------
     name : str
         Also the file, kernels/effects/<name>.cl. It provides a function for each hook: <name>_start(ray, scene),
-        <name>_interface(ray, at, scene), <name>_picture(ray, place, scene).
+        <name>_interface(ray, at, scene), <name>_picture(ray, place, scene), <name>_landing(ray, place, scene).
     steers : bool
         Whether it changes where a ray goes or how it ends; else it only observes.
     hooks : tuple of str
@@ -56,6 +65,11 @@ class Variant:
         The attributes of a lens whose numbers it reads, and how many those are: lens_<name>(scene, lens, i) has them.
     fact : str, optional
         What a scene has to have for "auto" to call for it.
+    by : tuple of str
+        The attributes of a kernel's structure on which its text hangs, too: it comes behind
+        kernels/effects/<name>_<value>.cl of each.
+    needs : tuple of str
+        The functions of every surface that it calls, beyond those of the search.
     """
 
     name: str
@@ -65,6 +79,8 @@ class Variant:
     adds: tuple[Output, ...] = ()
     reads: tuple[tuple[str, int], ...] = ()
     fact: Fact | None = None
+    by: tuple[Literal["source", "snell"], ...] = ()
+    needs: tuple[Literal["hessian"], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,6 +131,8 @@ _TRANSMITTANCE = Output(
     members=("transmittance",),
     meaning="share of the light's power that is refracted at every surface but where it is totally reflected",
 )
+_WAYS = tuple(f"{of}_{axis}_by_{by}" for by in ("row", "column") for of in ("point", "turn") for axis in "xyz")
+_JACOBIAN = ("s_by_row", "s_by_column", "t_by_row", "t_by_column")
 TOTAL: Fact = "total reflection is possible"
 _ROWS = (
     Effect(
@@ -200,6 +218,31 @@ _ROWS = (
                             meaning="optical path from the source to the picture's plane, scene units",
                         ),
                     ),
+                ),
+            )
+        },
+    ),
+    Effect(
+        key="footprint",
+        model="the map's derivative in closed form, by ray differentials (Igehy, SIGGRAPH 1999); pictures are filtered",
+        default=False,
+        variants={
+            True: (
+                Variant(
+                    name="footprint",
+                    steers=False,
+                    hooks=("start", "interface", "landing"),
+                    carries=(*_WAYS, *_JACOBIAN),
+                    adds=(
+                        Output(
+                            name="jacobian",
+                            members=_JACOBIAN,
+                            meaning="d(s, t) / d(row, column) of the place on the picture, per film pixel",
+                            shape=(2, 2),
+                        ),
+                    ),
+                    by=("source", "snell"),
+                    needs=("hessian",),
                 ),
             )
         },

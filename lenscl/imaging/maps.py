@@ -22,6 +22,11 @@ from lenscl.imaging.write import write_image
 from lenscl.status import RayStatus
 
 _ARRAYS = ("st", "status", "events", "origin", "direction")
+_MADE_OF = {"jacobian": ("magnification", "fold")}  # attributes that a map makes of an array that it holds
+_ENTRIES = {  # what an EXR calls the numbers of an array that is no plain number a pixel
+    "transmission": ("R", "G", "B"),
+    "jacobian": ("ds_drow", "ds_dcolumn", "dt_drow", "dt_dcolumn"),
+}
 _ROUNDINGS = 4
 _HAS_PLACE = tuple(int(status) for status in RayStatus if status.lands)
 
@@ -67,12 +72,14 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
         The suffix decides. Equal ray maps give equal bytes.
     raymap : RayMap
         In an `.npz` each array has its attribute's name: st, status, events, origin, direction, and what the effects
-        add; `scene_toml` is the scene as text. What `effects.antialias` adds is there as samples.side, .pixels, .st,
-        .status, .events, and .transmittance and so on, see `lenscl.tracing.Samples`; what `effects.caustics` adds as
-        irradiance, with where the light goes as caustic.ends and caustic.shares, see `lenscl.tracing.Caustic`. An EXR
-        has what effects add to each pixel as further channels: transmittance, path_length, transmission.R, .G, .B. It
-        has one place a pixel, and so leaves out the samples; and the irradiance, which is not on the film. The seconds
-        are left out. An EXR carries `scene_toml` among its parameters.
+        add, with what a map makes of that: magnification and fold beside jacobian; `scene_toml` is the scene as text.
+        What `effects.antialias` adds is there as samples.side, .pixels, .st, .status, .events, and .transmittance and
+        so on, see `lenscl.tracing.Samples`; what `effects.caustics` adds as irradiance, with where the light goes as
+        caustic.ends and caustic.shares, see `lenscl.tracing.Caustic`. An EXR has what effects add to each pixel as
+        further channels: transmittance, path_length, transmission.R, .G, .B, jacobian.ds_drow, .ds_dcolumn, .dt_drow,
+        .dt_dcolumn (of t, not of G), magnification, fold. It has one place a pixel, and so leaves out the samples; and
+        the irradiance, which is not on the film. The seconds are left out. An EXR carries `scene_toml` among its
+        parameters.
     error : float64 array, shape (rows, columns), optional
         Bounds on the error of (s, t), -1 where there is none; in an `.npz` the array `error`. The EXR's channel `error`
         bounds the error of its own numbers: what R and G lose as float32 is added, and it is rounded up.
@@ -87,7 +94,7 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
     match file.suffix.lower():
         case ".exr":
             image = _st_map(raymap)
-            further = dict(_channels(raymap.added))
+            further = dict(_channels(_added(raymap)))
             if error is not None:
                 further["error"] = _error_of(image, raymap, error)
             image = np.concatenate([image, *further.values()], axis=2)
@@ -107,14 +114,28 @@ def _st_map(raymap: WritableMap) -> NDArray[np.float32]:
     return image
 
 
+def _added(raymap: WritableMap) -> dict[str, NDArray[Any]]:
+    """Return what effects add to a map, and what it makes of that."""
+    made = (name for held, names in _MADE_OF.items() if held in raymap.added for name in names)
+    return {**raymap.added, **{name: getattr(raymap, name) for name in made}}
+
+
 def _channels(added: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, NDArray[np.float32]]]:
     """Yield a name and a channel, shape (rows, columns, 1), for every number that effects add to a pixel."""
     for name, array in added.items():
         if array.ndim == 2:
-            yield name, array.astype(np.float32)[..., np.newaxis]
+            yield name, _single(array)[..., np.newaxis]
         else:
-            for number, part in enumerate("RGB"):
-                yield f"{name}.{part}", array[..., number : number + 1].astype(np.float32)
+            numbers = _single(array).reshape(*array.shape[:2], -1)
+            for number, part in enumerate(_ENTRIES[name]):
+                yield f"{name}.{part}", numbers[..., number : number + 1]
+
+
+def _single(array: NDArray[Any]) -> NDArray[np.float32]:
+    """Return numbers in single precision, no larger than its largest."""
+    most = np.finfo(np.float32).max
+    held: NDArray[np.float32] = np.clip(array, -most, most).astype(np.float32)
+    return held
 
 
 def _error_of(image: NDArray[np.float32], raymap: WritableMap, error: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -147,7 +168,7 @@ def _lit(caustic: Any) -> dict[str, NDArray[Any]]:
 
 def _write_npz(file: Path, raymap: WritableMap, scene_toml: str, further: Mapping[str, NDArray[Any]]) -> None:
     arrays: dict[str, Any] = {name: np.ascontiguousarray(getattr(raymap, name)) for name in _ARRAYS}
-    arrays |= {name: np.ascontiguousarray(array) for name, array in raymap.added.items()}
+    arrays |= {name: np.ascontiguousarray(array) for name, array in _added(raymap).items()}
     arrays |= _sampled(getattr(raymap, "samples", None)) | _lit(getattr(raymap, "caustic", None))
     arrays |= further
     arrays["scene_toml"] = np.array(scene_toml)

@@ -7,7 +7,7 @@ multiplied by it. A sample that did not land on the picture counts with the colo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Protocol
@@ -15,12 +15,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.codegen import fragment
-from lenscl.device import Buffer, Device, Program
-from lenscl.imaging.encoding import ENCODE_STEPS, Encoding, decode_table, encode_table, full_scale
+from lenscl.device import Buffer, Device
+from lenscl.imaging.encoding import Encoding, encode_table
+from lenscl.imaging.light import BITS, PYRAMID, light_head, light_parts, lighten, text_of
 
-BITS = {1: "uchar", 2: "ushort", 4: "uint", 8: "ulong"}  # what a pixel of so many bytes is as bits
-_FLOATS = {"float16": "paint_half.cl", "float32": "paint_single.cl", "float64": "paint_double.cl"}
 _TOGETHER = 2**20  # samples on the device at a time: some 40 MB
 
 
@@ -74,20 +72,29 @@ class Means:
     Attributes
     ----------
     light, outside : Buffer
-        The picture and the colour outside, linear light in `dtype`, multiplied by alpha.
+        The picture and the colour outside, linear light in `dtype`, multiplied by alpha; where `is_pyramid`, the
+        picture with ever coarser levels behind it.
     dtype : dtype
         float32, or float64 for pictures of that.
     """
 
     def __init__(
-        self, device: Device, picture: NDArray[Any], pixels_there: Buffer, outside: NDArray[Any], encoding: Encoding
+        self,
+        device: Device,
+        picture: NDArray[Any],
+        pixels_there: Buffer,
+        outside: NDArray[Any],
+        encoding: Encoding,
+        *,
+        is_pyramid: bool,
     ) -> None:
         self._device = device
-        self._program = device.build(_source(picture.dtype.name, picture.shape[2], encoding), kind="paint")
+        text = _source(picture.dtype.name, picture.shape[2], encoding, is_pyramid)
+        self._program = device.build(text, kind="paint")
         self.dtype = np.dtype(np.float64 if picture.dtype.itemsize == 8 else np.float32)
-        self.light = lighten(self._program, picture, pixels_there)
+        self.light = lighten(self._program, picture, pixels_there, is_pyramid=is_pyramid)
         colour = outside.reshape(1, 1, -1)
-        self.outside = lighten(self._program, colour, device.upload(colour))
+        self.outside = lighten(self._program, colour, device.upload(colour), is_pyramid=False)
 
     def write(self, part: Part, light_there: Buffer, painted_there: Buffer) -> None:
         """Put the means of samples' light, shape `part.status` has, into a painted film."""
@@ -98,42 +105,8 @@ class Means:
         self._program.run("mean", count, arguments)
 
 
-def lighten(program: Program, picture: NDArray[Any], pixels_there: Buffer) -> Buffer:
-    """Return the picture on the device as linear light, colour multiplied by alpha."""
-    device = program.device
-    is_integer = picture.dtype.kind == "u"
-    light_of = decode_table(picture.dtype.name) if is_integer else np.zeros(1, np.float32)  # floats read no table
-    light_there = device.empty(picture.size * max(4, picture.itemsize))
-    count = picture.shape[0] * picture.shape[1]
-    program.run("lighten", count, [np.int64(count), pixels_there, device.upload(light_of), light_there])
-    return light_there
-
-
-def light_head(dtype: np.dtype[Any]) -> dict[str, Any]:
-    """Return what the head of a program that works with light says of the pixels' type."""
-    return {"FULL_SCALE": full_scale(dtype), "ENCODE_STEPS": ENCODE_STEPS} if dtype.kind == "u" else {}
-
-
-def light_parts(dtype: np.dtype[Any], channels: int, encoding: Encoding) -> Sequence[str]:
-    """Return the fragments that turn pixels into linear light and back, with the kernel `lighten`."""
-    if dtype.kind == "u":
-        light: Sequence[str] = ("paint_codes.cl", f"paint_codes_{encoding}.cl")
-        mix = "paint_straight.cl" if channels in (2, 4) else "paint_opaque.cl"
-    else:
-        light, mix = (_FLOATS[dtype.name], f"paint_floats_{encoding}.cl"), "paint_opaque.cl"
-    return (*light, mix, "paint_light.cl")
-
-
-def text_of(head: Mapping[str, Any], names: Sequence[str]) -> str:
-    """Return the text of a paint program: the head, then the fragments."""
-    lines = [f"#define {name} {value}\n" for name, value in head.items()]
-    if "double" in head.values():
-        lines.append("#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n")
-    return "".join(lines) + "".join(f'#line 1 "{name}"\n{fragment(name)}' for name in names)
-
-
 @cache
-def _source(dtype_name: str, channels: int, encoding: Encoding) -> str:
+def _source(dtype_name: str, channels: int, encoding: Encoding, is_pyramid: bool) -> str:
     dtype = np.dtype(dtype_name)
     head = {
         "STORED": BITS[dtype.itemsize],
@@ -141,4 +114,5 @@ def _source(dtype_name: str, channels: int, encoding: Encoding) -> str:
         "CHANNELS": channels,
         **light_head(dtype),
     }
-    return text_of(head, (*light_parts(dtype, channels, encoding), "paint_mean.cl"))
+    levels = ("paint_picture.cl", PYRAMID) if is_pyramid else ()
+    return text_of(head, (*light_parts(dtype, channels, encoding), *levels, "paint_mean.cl"))

@@ -2,9 +2,11 @@
 
 Input: a ray map and pixels (H, W, C). Output: pixels (rows, columns, C) of the same type. A picture's samples stand at
 (i + 1/2) / W; between them colours are mixed in linear light, and the edges go on outwards. Each film pixel is one
-point, and nothing is averaged where the lens makes the picture smaller; where the map has samples of a pixel, it is
-their mean (`lenscl.imaging.mean`). Where the map says how much light gets through, its colours are dimmed by that, in
-linear light; alpha is not, nor is the colour outside.
+point: nothing is averaged where the lens makes the picture smaller, unless the map has a `jacobian`. Then a film pixel
+is the mean over the parallelogram that it covers on the picture, to first order; where that is no longer than half a
+picture pixel the two are the same. Where the map has samples of a pixel, it is their mean (`lenscl.imaging.mean`).
+Where the map says how much light gets through, its colours are dimmed by that, in linear light; alpha is not, nor is
+the colour outside.
 
 Alpha is the last of 2 or 4 channels. Integers carry straight alpha and are mixed multiplied by it, so that no hidden
 colour shows; floats carry colour already multiplied (associated), as EXR does. Floats are never cut off; integers are
@@ -23,7 +25,8 @@ from numpy.typing import ArrayLike, NDArray
 from lenscl.device import Buffer, Device, Program
 from lenscl.errors import StudyError
 from lenscl.imaging.encoding import DTYPES, Encoding, encode_table, encoding_of, full_scale
-from lenscl.imaging.mean import BITS, Means, SampledPixels, light_head, light_parts, lighten, parts, text_of
+from lenscl.imaging.light import BITS, PYRAMID, light_head, light_parts, lighten, text_of
+from lenscl.imaging.mean import Means, SampledPixels, parts
 from lenscl.status import RayStatus
 
 Filter: TypeAlias = Literal["nearest", "bilinear", "bicubic"]
@@ -54,8 +57,8 @@ class Painter:
     Parameters
     ----------
     raymap : RayMap
-        Of it only `st`, `status`, `device` and, where its scene asks for them, `samples`, `transmittance` and
-        `transmission` are read. Samples stay on the host, and pass through the device part by part.
+        Of it only `st`, `status`, `device` and, where its scene asks for them, `samples`, `transmittance`,
+        `transmission` and `jacobian` are read. Samples stay on the host, and pass through the device part by part.
 
     Examples
     --------
@@ -71,7 +74,10 @@ class Painter:
         self._device = raymap.device
         self._places = raymap.device.upload(raymap.st)
         self._status = raymap.device.upload(raymap.status)
-        self._weights = _weights(getattr(raymap, "added", {}))
+        added = getattr(raymap, "added", {})
+        self._weights = _weights(added)
+        jacobian = added.get("jacobian")
+        self._footprints = [] if jacobian is None else [raymap.device.upload(jacobian.astype(raymap.st.dtype))]
         self._samples: SampledPixels | None = getattr(raymap, "samples", None)
 
     def paint(
@@ -95,11 +101,12 @@ class Painter:
         outside_colour = _outside_colour(outside, picture.dtype, channels)
         outside_there, pixels_there = device.upload(outside_colour), device.upload(picture)
         light_there = pixels_there
-        if filter_name != "nearest" or self._weights is not None:
-            light_there = lighten(program, picture, pixels_there)
+        has_footprints = bool(self._footprints)
+        if filter_name != "nearest" or self._weights is not None or has_footprints:
+            light_there = lighten(program, picture, pixels_there, is_pyramid=has_footprints)
         painted_there = self._painted(program, picture.shape, picture.dtype, (pixels_there, light_there, outside_there))
         if self._samples is not None:
-            means = Means(device, picture, pixels_there, outside_colour, curve)
+            means = Means(device, picture, pixels_there, outside_colour, curve, is_pyramid=has_footprints)
             for part in parts(self._samples, device):
                 painter = Painter(part)
                 text = painter._source(means.dtype, channels, filter_name, "linear")
@@ -111,7 +118,8 @@ class Painter:
         return painted if pixels.ndim == 3 else painted[..., 0]
 
     def _source(self, dtype: np.dtype[Any], channels: int, filter_name: Filter, encoding: Encoding) -> str:
-        return _source(dtype.name, channels, self._double_places, filter_name, encoding, self._weights is not None)
+        is_weighted, has_footprints = self._weights is not None, bool(self._footprints)
+        return _source(dtype.name, channels, self._double_places, filter_name, encoding, is_weighted, has_footprints)
 
     def _painted(
         self,
@@ -150,6 +158,7 @@ class Painter:
                 outside_there,
                 painted_there,
                 *self._weights_there(dtype, channels),
+                *self._footprints,
             ],
         )
         return painted_there
@@ -178,8 +187,10 @@ def paint(
     raymap : RayMap
         Rays of status PICTURE take their colour at `st`, all others take `outside`. Where its effects say what gets
         through (`transmittance`, `transmission`), colours are dimmed by that in linear light; a picture without colour
-        by what is left of the luminance of white. A pixel with `samples` is the mean of what they find, in linear
-        light and each of the same weight, whatever its status.
+        by what is left of the luminance of white. With `jacobian` each colour is the mean over the pixel's footprint:
+        up to 16 x 16 places by the filter, on a pyramid of means where the footprint is 8 picture pixels wide or more
+        than 16 long. Beyond the picture its edges go on; edges of the lens are not softened. A pixel with `samples` is
+        the mean of what they find, in linear light and each of the same weight, whatever its status.
     pixels : array, shape (H, W, C) or (H, W)
         uint8, uint16, float16, float32 or float64; C = 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA. The picture and the
         result must each fit into one allocation of the device.
@@ -197,8 +208,8 @@ def paint(
     array, shape (rows, columns, C) or (rows, columns)
         Of the dtype of `pixels`. A picture of one colour stays exactly that colour (sRGB-encoded floats to rounding).
         Where the mixed alpha of an integer picture is 0, the colour is that of the pixel nearest to where the film
-        pixel's own ray lands. A pixel that is NaN or Inf
-        makes the places NaN or Inf whose mix includes it, and no others.
+        pixel's own ray lands. A pixel that is NaN or Inf makes the places NaN or Inf whose mix includes it, and no
+        others; with `jacobian` all that its levels lead to.
 
     Raises
     ------
@@ -276,22 +287,31 @@ def _weights(added: Mapping[str, NDArray[Any]]) -> NDArray[np.float64] | None:
 
 @cache
 def _source(
-    dtype_name: str, channels: int, double_places: bool, filter_name: Filter, encoding: Encoding, is_weighted: bool
+    dtype_name: str,
+    channels: int,
+    double_places: bool,
+    filter_name: Filter,
+    encoding: Encoding,
+    is_weighted: bool,
+    has_footprints: bool = False,
 ) -> str:
     """Return the text of one paint program: the head, then the fragments that the picture calls for."""
     dtype = np.dtype(dtype_name)
+    mixes = filter_name != "nearest" or is_weighted or has_footprints
     head = {
         "PLACE": "double" if double_places else "float",
         "STORED": BITS[dtype.itemsize],
-        "WORK": "double" if dtype.itemsize == 8 and (filter_name != "nearest" or is_weighted) else "float",
+        "WORK": "double" if dtype.itemsize == 8 and mixes else "float",
         "CHANNELS": channels,
         "COLOURS": channels - (channels % 2 == 0),
         "ON_PICTURE": int(RayStatus.PICTURE),
     }
     names: Sequence[str] = ("paint_nearest.cl",)
-    if filter_name != "nearest" or is_weighted:
+    if mixes:
         head |= light_head(dtype)
         taps = ("paint_point.cl",) if filter_name == "nearest" else (f"paint_{filter_name}.cl", "paint_blend.cl")
-        names = (*light_parts(dtype, channels, encoding), *taps)
+        places = (PYRAMID, "paint_footprint.cl") if has_footprints else ("paint_once.cl",)
+        names = (*light_parts(dtype, channels, encoding), *taps, *places)
     weights = f"paint_{'weighted' if is_weighted else 'unweighted'}.cl"
-    return text_of(head, ("paint_picture.cl", weights, *names, "paint.cl"))
+    known = f"paint_{'footprints' if has_footprints else 'places'}.cl"
+    return text_of(head, ("paint_picture.cl", weights, known, *names, "paint.cl"))

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lenscl.config import Lens, Scene, Study
+from lenscl.config.scene import Effects
 from lenscl.effects import EFFECTS, Effect, Fact, Value, Variant
 from lenscl.errors import StudyError
 from lenscl.tracing.start import locate
@@ -93,6 +94,13 @@ def study_facts(study: Study) -> frozenset[Fact]:
 def with_facts(scene: Scene, facts: frozenset[Fact]) -> Scene:
     """Return the scene as one of a study of which some facts hold."""
     return replace(scene, facts=facts)
+
+
+def steering(scene: Scene) -> Scene:
+    """Return the scene without the effects that only observe: its rays take the same paths, by a shorter kernel."""
+    asked = {key: EFFECTS[key].variants.get(value, ()) for key, value in scene.effects.items() if key in EFFECTS}
+    idle = {key: False for key, some in asked.items() if some and not any(one.steers for one in some)}
+    return replace(scene, effects=Effects({**scene.effects, **idle})) if idle else scene
 
 
 def calls(scene: Scene, *, rays_given: bool = False) -> Iterator[Call]:

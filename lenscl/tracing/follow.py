@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lenscl.config import Scene
 from lenscl.device import Device
+from lenscl.tracing.called import steering
 from lenscl.tracing.job import Job, given_ends, unit_vectors
 
 Array = NDArray[np.float64]
@@ -45,7 +46,7 @@ class Follower:
     """
 
     def __init__(self, scene: Scene, device: Device, kind: str = "follow") -> None:
-        self._job = Job.prepare(scene, "given", "legs", None, None, device, kind=kind)
+        self._job = Job.prepare(steering(scene), "given", "legs", None, None, device, kind=kind)
 
     @property
     def dtype(self) -> type[np.floating[Any]]:
@@ -84,7 +85,7 @@ class PixelFollower:
     """
 
     def __init__(self, scene: Scene, row: int, column: int, device: Device, kind: str = "follow") -> None:
-        self._job = Job.prepare(scene, scene.source.kind, "legs", None, None, device, kind=kind)
+        self._job = Job.prepare(steering(scene), scene.source.kind, "legs", None, None, device, kind=kind)
         self._tile = row, column, 1, 1
 
     @property

@@ -45,7 +45,8 @@ class Job:
         self.searches, self.steps = 0, 0  # where the structure counts them
         self._program = chosen.build(source.text, kind=kind)
         self._numbers = chosen.upload(source.layout.pack(scene_numbers(scene, source), self.dtype))
-        added = ((output.name, len(output.members)) for output in source.structure.adds)
+        added = [(output.name, len(output.members)) for output in source.structure.adds]
+        self._shapes = {output.name: output.pixel_shape for output in source.structure.adds}
         self._arrays = (*_ARRAYS[source.structure.ends], *added)
         self._buffers: dict[str, Buffer] = {}
 
@@ -84,7 +85,7 @@ class Job:
         """Return arrays for the ends of so many rays, one row a ray."""
         try:
             return {
-                name: np.empty((rays, *((n,) if n > 1 else ())), self.dtype) if n else np.empty(rays, np.uint8)
+                name: np.empty((rays, *self._shapes.get(name, (n,))), self.dtype) if n else np.empty(rays, np.uint8)
                 for name, n in self._arrays
             }
         except MemoryError as error:
@@ -288,6 +289,7 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
         width=width,
         run=chosen.run,
         parks=chosen.run > 1 and width >= _ALMOST_ALONE,
+        source=scene.source.kind,
     )
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lenscl.config import Scene
 from lenscl.device import Device
+from lenscl.tracing.called import steering
 from lenscl.tracing.job import Job, traced_rays
 from lenscl.tracing.raymap import RayPaths
 
@@ -56,7 +57,7 @@ def trace_to_judge(
     The program counts as one of kind "judge" in `compile_count`.
     """
     exact = scene if scene.numerics.snell == "exact" else scene.replace({"numerics.snell": "exact"})
-    job = Job.prepare(exact, "given", "legs", "auto", "double", device, kind="judge")
+    job = Job.prepare(steering(exact), "given", "legs", "auto", "double", device, kind="judge")
     if nudge is not None:
         job.change_numbers(nudge.of)
     return traced_rays(job, points, units)

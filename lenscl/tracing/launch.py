@@ -12,6 +12,7 @@ from lenscl.codegen import KernelSource
 from lenscl.config import Scene
 from lenscl.device import Device
 from lenscl.errors import TraceError
+from lenscl.tracing.called import steering
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.job import Job, chosen_device, named, shaped, structure_of, traced_rays, unit_vectors
 from lenscl.tracing.raymap import RayMap, RayPaths
@@ -29,7 +30,8 @@ def trace(
     """
 
     def traced(ends: Literal["map", "legs"]) -> tuple[Job, dict[str, Any]]:
-        job = Job.prepare(scene, scene.source.kind, ends, method, precision, device)
+        asked = scene if ends == "map" else steering(scene)  # of which only the legs are kept
+        job = Job.prepare(asked, scene.source.kind, ends, method, precision, device)
         film = job.scene.film
         arrays = job.run_film()
         job.decide(arrays, lambda undecided: film_rays(job.scene, undecided))

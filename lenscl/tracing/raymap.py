@@ -15,12 +15,14 @@ from lenscl.config import Scene
 from lenscl.config.scene import Frozen
 from lenscl.device import Device
 from lenscl.effects import EFFECTS
+from lenscl.lenses import Vec3
 from lenscl.status import RayStatus
 
 _ADDED_BY = {
     effect.key: {output.name for some in effect.variants.values() for one in some for output in one.adds}
     for effect in EFFECTS.values()
 } | {"caustics": {"irradiance"}}
+_ADDED_BY["footprint"] |= {"magnification", "fold"}  # made of its jacobian
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,7 +51,9 @@ class _Rays:
     device : Device
         Where.
     added : mapping of str to array
-        What the scene's effects add, by name. Each is an attribute, too: `raymap.path_length`.
+        What the scene's effects add, by name. Each is an attribute, too: `raymap.path_length`, or `raymap.jacobian`,
+        d(s, t)/d(row, column) of shape (..., 2, 2): 0 where the ray has no place, of no meaning on an edge. For given
+        rays it is of the pencil that the film's rays form, from the ray's own start or along its own direction.
     """
 
     st: NDArray[Any] = field(repr=False)
@@ -71,10 +75,43 @@ class _Rays:
         advice = f"; trace with effects.{effect} for it" if effect else ""
         raise AttributeError(f"{type(self).__name__} has no {name}{advice}")
 
+    @property
+    def magnification(self) -> NDArray[np.float64]:
+        """Area of a film pixel's footprint on the picture over the pixel's own, shape (...); 0 without a place.
+
+        With `footprint`, to first order: |det jacobian| times the picture's area over the pixel's, both in scene units.
+        Light that the film sends to the picture is spread over so much more; towards a fold it goes to 0.
+        """
+        film, picture = self.scene.film, self.scene.picture
+        pixel = _area(film.right, film.down) / (film.rows * film.columns)
+        ratio = _area(picture.right, picture.down) / pixel
+        magnified: NDArray[np.float64] = np.abs(self._turned()) * ratio
+        return magnified
+
+    @property
+    def fold(self) -> NDArray[np.int8]:
+        """Which way round the picture is seen, shape (...): 1 as it is, -1 mirrored, 0 without a place or on a fold.
+
+        With `footprint`: the sign of det d(s, t)/d(column, row). Where it changes between neighbours that take the same
+        path the picture is folded, and light from the source through the film would draw a caustic there.
+        """
+        sign: NDArray[np.int8] = np.sign(self._turned()).astype(np.int8)
+        return sign
+
+    def _turned(self) -> NDArray[np.float64]:
+        """Return det d(s, t)/d(column, row); in double, where no product of two places overflows."""
+        j = self.jacobian.astype(np.float64)
+        determinant: NDArray[np.float64] = j[..., 0, 1] * j[..., 1, 0] - j[..., 0, 0] * j[..., 1, 1]
+        return determinant
+
     def counts(self) -> dict[RayStatus, int]:
         """Return how many rays ended how; they sum to the rays."""
         counted = np.bincount(self.status.ravel(), minlength=len(RayStatus))
         return {status: int(counted[status]) for status in RayStatus}
+
+
+def _area(right: Vec3, down: Vec3) -> float:
+    return float(np.linalg.norm(np.cross(right, down)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -70,7 +70,10 @@ def _sampled(raymap: RayMap) -> RayMap:
         pixels = np.flatnonzero(edges(raymap))
         side = EDGE_SAMPLES
         job, ends = trace_given(
-            raymap, lambda numbers: sample_rays(raymap.scene, numbers, side, pixels), len(pixels) * side**2
+            raymap,
+            lambda numbers: sample_rays(raymap.scene, numbers, side, pixels),
+            len(pixels) * side**2,
+            finer(raymap.scene, side),
         )
     else:
         pixels = np.arange(raymap.status.size)
@@ -152,7 +155,10 @@ def _every_pixel(raymap: RayMap, side: int) -> tuple[Job, Ends]:
 
 
 def trace_given(
-    raymap: RayMap, rays_of: Callable[[NDArray[np.integer[Any]]], tuple[Array, Array]], count: int
+    raymap: RayMap,
+    rays_of: Callable[[NDArray[np.integer[Any]]], tuple[Array, Array]],
+    count: int,
+    scene: Scene | None = None,
 ) -> tuple[Job, Ends]:
     """Trace rays of a map's scene that are no pixels', as the map's own are traced.
 
@@ -163,6 +169,8 @@ def trace_given(
         The origins and directions, shape (N, 3), of rays by their numbers, shape (N,); a direction of 0 is no ray.
     count : int
         How many there are.
+    scene : Scene, optional
+        The map's, with film pixels of another size, where these rays are those of such.
 
     Returns
     -------
@@ -171,7 +179,7 @@ def trace_given(
     """
     # The kernel is the film's but for the start of a ray: what was proved of rays from the source holds for these
     structure = replace(raymap.kernel.structure, rays="given")
-    job = Job(raymap.scene, codegen.kernel_source(structure), raymap.device)
+    job = Job(scene or raymap.scene, codegen.kernel_source(structure), raymap.device)
     ends = job.empty_ends(count)
     for first in range(0, count, _TOGETHER):
         numbers = np.arange(first, min(first + _TOGETHER, count))

@@ -41,6 +41,11 @@ SCENES: dict[str, tuple[Scene, str | None]] = {
                    effects=ALL, source={"kind": "parallel", "direction": [0, 0, -1]}),
         None,
     ),
+    "footprint": (
+        make_scene({"surface": "torus", "name": "a"}, {"surface": "ball", "name": "b", "centre": [0, 0, -2]},
+                   effects={"footprint": True}),
+        None,
+    ),
     "polarised": (make_scene({"surface": "biconvex"}, effects={"fresnel": "polarised"}), None),
 }  # fmt: skip
 
@@ -89,5 +94,5 @@ def test_who_asks_for_nothing_gets_nothing() -> None:
 
 
 def test_golden_kernels_compile() -> None:
-    for scene, rays in (SCENES["every-effect"], SCENES["polarised"]):
+    for scene, rays in (SCENES["every-effect"], SCENES["footprint"], SCENES["polarised"]):
         choose().build(source_of(scene, rays=rays).text, kind="probe")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from lenscl.config import scene_from_toml, study_from_toml
+from lenscl.config.tables import PLANNED_EFFECTS
 from lenscl.errors import StudyError
 
 # what to replace in the valid study, by what, and the whole problem that must be reported
@@ -185,8 +186,8 @@ RULES = [
     ("n = 1.5", "n = 1.5\nabsorbs = 1", "lens.absorbs: must be true or false, got 1"),
     (
         "n = 1.5",
-        "n = 1.5\n[effects]\nfootprint = true",
-        "effects.footprint: true is not available in this version; leave the key out",
+        "n = 1.5\n[effects]\nfootprint = 'yes'",
+        'effects.footprint: must be false or true, got "yes"',
     ),
     (
         "n = 1.5",
@@ -436,3 +437,9 @@ def test_a_scene_text_is_refused_as_its_study_is(base):
         scene_from_toml(base.replace("at = [0, 0, 4]", ""))
     with pytest.raises(StudyError, match=r"output\.format"):
         study_from_toml(base + "[output]\nformat = 'gif'\n")
+
+
+@pytest.mark.parametrize("key", PLANNED_EFFECTS)
+def test_an_effect_that_this_version_lacks_is_refused_by_name(base, problems, key):
+    text = base + f"[effects]\n{key} = true\n"
+    assert problems(text) == (f"effects.{key}: true is not available in this version; leave the key out",)

@@ -111,7 +111,7 @@ def test_the_program_and_the_schema_accept_a_shipped_study(path):
         ("n = 1.5", "n = { cauchi = [1.5] }"),
         ('surface = "torus"', ""),
         ("n = 1.5", "n = 1.5\n[numerics]\nprecision = 'half'"),
-        ("n = 1.5", "n = 1.5\n[effects]\nfootprint = true"),
+        ("n = 1.5", "n = 1.5\n[effects]\nfootprint = 'wide'"),
         ("n = 1.5", "n = 1.5\n[sweep.axes]\n'lens.r' = { linspce = [1, 2, 3] }"),
     ],
 )

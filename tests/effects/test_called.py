@@ -111,3 +111,16 @@ def test_a_fact_of_the_study_stays_with_the_scene_and_is_explained() -> None:
     is_in, why = total_reflection(scene.replace({"lens.r": 0.3}))
     assert is_in
     assert why == "another point of the study needs it"
+
+
+def test_what_follows_or_judges_rays_compiles_nothing_that_only_observes() -> None:
+    from lenscl.tracing.called import steering
+
+    asked = {"footprint": True, "path_length": True, "fresnel": "polarised", "total_reflection": "end"}
+    scene = make_scene({"surface": "torus", "absorbs": True}, effects={**asked, "absorption": True})
+    kept = steering(scene).effects
+    assert (kept.footprint, kept.path_length, kept.fresnel) == (False, False, False)
+    assert (kept.total_reflection, kept.absorption) == ("end", True)
+    assert steering(steering(scene)) == steering(scene)
+    plain = make_scene({"surface": "torus"})
+    assert steering(plain) is plain

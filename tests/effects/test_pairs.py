@@ -21,6 +21,7 @@ ADDS: dict[tuple[str, Value], set[str]] = {
     ("fresnel", True): {"transmittance"},
     ("fresnel", "polarised"): {"transmittance"},
     ("path_length", True): {"path_length"},
+    ("footprint", True): {"jacobian"},
 }
 STEERS = ("total_reflection", "absorption")  # keys of effects that change where rays go or how they end
 LENSES: tuple[dict[str, Any], ...] = (

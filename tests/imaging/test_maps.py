@@ -34,6 +34,18 @@ class WholeMap:
     trace_seconds: float
     added: dict[str, Any] = field(default_factory=dict)
 
+    @property
+    def jacobian(self) -> Any:
+        return self.added["jacobian"]
+
+    @property
+    def magnification(self) -> Any:
+        return np.abs(np.linalg.det(self.jacobian))
+
+    @property
+    def fold(self) -> Any:
+        return np.sign(np.linalg.det(self.jacobian)).astype(np.int8)
+
 
 def some_map(precision: str, seconds: float = 0.1) -> WholeMap:
     rng = np.random.default_rng(0)
@@ -204,3 +216,24 @@ def test_what_effects_add_is_written_under_its_name(tmp_path):
             channels[f"transmission.{part}"], added["transmission"][..., i].astype(np.float32)
         )
     assert (channels["error"] >= 0.5).any()
+
+
+def test_a_footprint_is_written_with_what_the_map_makes_of_it(tmp_path):
+    jacobian = np.random.default_rng(9).normal(size=(5, 7, 2, 2))
+    jacobian[0, 0] = 1e30
+    raymap = replace(some_map("float64"), added={"jacobian": jacobian})
+    write_map(tmp_path / "map.npz", raymap)
+    with np.load(tmp_path / "map.npz") as stored:
+        for name in ("jacobian", "magnification", "fold"):
+            np.testing.assert_array_equal(stored[name], getattr(raymap, name))
+            assert stored[name].dtype == getattr(raymap, name).dtype
+    write_map(tmp_path / "map.exr", raymap)
+    image = OpenImageIO.ImageBuf(str(tmp_path / "map.exr"))
+    channels = {name: image.get_pixels(OpenImageIO.FLOAT)[..., i] for i, name in enumerate(image.spec().channelnames)}
+    for i, place in enumerate("st"):
+        for j, by in enumerate(("row", "column")):
+            written = channels[f"jacobian.d{place}_d{by}"]
+            np.testing.assert_array_equal(written, jacobian[..., i, j].astype(np.float32))
+    np.testing.assert_array_equal(channels["fold"], raymap.fold)
+    assert channels["magnification"][0, 0] == np.finfo(np.float32).max
+    np.testing.assert_allclose(channels["magnification"].ravel()[1:], raymap.magnification.ravel()[1:], rtol=1e-6)

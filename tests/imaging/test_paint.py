@@ -278,7 +278,7 @@ def test_a_request_that_cannot_be_painted_says_what_can(pixels, arguments, says,
 @pytest.mark.parametrize(
     ("fault", "instead", "channels"),
     [
-        ("s * picture->width - (PLACE)0.5f", "s * picture->width", 3),  # samples at i / W
+        ("= right - (PLACE)0.5f", "= right", 3),  # samples at i / W
         ("held_within(column, picture->width)", "(column & 31)", 3),  # edges that wrap around
         ("column + tap - BASE", "column + tap - BASE + 1", 3),  # a tap off by one
         ("light_of[*code]", "(*code / (float)FULL_SCALE)", 3),  # encoded numbers taken for light

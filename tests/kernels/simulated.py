@@ -104,7 +104,7 @@ def run_searches(here: Device, some: bool) -> None:
 
 
 def run_painting(here: Device, some: bool) -> None:
-    """Paint pictures of every type by every filter."""
+    """Paint pictures of every type by every filter, and by footprints that reach into their levels."""
     for number, precision in enumerate(("single", "double")):
         film = {"size": [3, 5]}
         raymap = lenscl.trace(make_scene({"surface": "torus"}, film=film), precision=precision, device=here)
@@ -113,6 +113,12 @@ def run_painting(here: Device, some: bool) -> None:
                 say(f"paint: {precision} {dtype} {channels} {name}")
                 picture = np.ones((2, 3, channels), dtype)
                 assert lenscl.paint(raymap, picture, filter=name, outside=1).shape == (5, 3, channels)
+        wide = make_scene({"surface": "torus"}, film=film, effects={"footprint": True})
+        say(f"trace: footprints, {precision}")
+        raymap = lenscl.trace(wide, precision=precision, device=here)
+        for dtype in DTYPES[number::2] if some else DTYPES:
+            say(f"paint: {precision} {dtype} by footprints")
+            assert lenscl.paint(raymap, np.ones((47, 33, 3), dtype), outside=1).shape == (5, 3, 3)
 
 
 def main(some: bool) -> None:
