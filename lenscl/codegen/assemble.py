@@ -53,10 +53,10 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         located("screen.cl"),
         located(f"ends_{structure.ends}.cl"),
         *_lens_numbers(structure),
-        *(located(f"effects/{effect.name}.cl") for effect in structure.effects),
+        *(located(f"effects/{effect.name}.cl") for effect in structure.effects if not effect.layers),
         generated("what this scene consists of"),
         "\n".join(_calls(structure)),
-        located("parks.cl" if structure.parks else "parks_never.cl"),
+        located(_packets(structure)),
         located("steps_counted.cl" if structure.counts else "steps_uncounted.cl"),
         located("trace.cl"),
     ]
@@ -65,6 +65,14 @@ def _written(structure: Structure) -> tuple[Layout, str]:
 
 def _possible(structure: Structure) -> str:
     return "possible" if any(effect.fact == TOTAL for effect in structure.effects) else "impossible"
+
+
+def _packets(structure: Structure) -> str:
+    """Return the fragment that hands out packets to work-items."""
+    for effect in structure.effects:
+        if effect.layers:
+            return f"effects/{effect.name}.cl"
+    return "parks.cl" if structure.parks else "parks_never.cl"
 
 
 def _banner(structure: Structure) -> str:

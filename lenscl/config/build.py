@@ -27,9 +27,10 @@ from lenscl.config.tables import (
     SourceTable,
     Table,
 )
-from lenscl.effects import EFFECTS
+from lenscl.effects import EFFECTS, Value
 from lenscl.errors import LensclError
 from lenscl.lenses import Surface, catalogue, surface, user_surface
+from lenscl.materials import index_problems
 
 T = TypeVar("T", bound=Table)
 Report = Callable[[str], None]  # takes one problem, led by its key
@@ -76,7 +77,7 @@ def read_scene(document: Mapping[str, Any], problems: list[str]) -> Scene | None
         return None
     if len(problems) > before:
         return None
-    return Scene(
+    scene = Scene(
         source=Source(kind=cast(Literal["point", "parallel"], source.kind), at=source.at, direction=source.direction),
         film=Film(**_screen(film)),
         picture=Picture(
@@ -91,6 +92,19 @@ def read_scene(document: Mapping[str, Any], problems: list[str]) -> Scene | None
         effects=effects,
         numerics=numerics,
     )
+    _check_indices(scene, lens_prefixes(document["lens"]), report)
+    return None if len(problems) > before else scene
+
+
+def _check_indices(scene: Scene, prefixes: list[str], report: Report) -> None:
+    """Report the materials of which the index is not known at a wavelength that the scene is traced at."""
+    materials = {"medium.n": scene.medium}
+    materials |= {f"{at}.n": lens.material for at, lens in zip(prefixes, scene.lenses, strict=True)}
+    asks = f"effects.dispersion = {short(scene.effects['dispersion'])} asks for {len(scene.wavelengths)} wavelengths"
+    for key, material in materials.items():
+        found = [problem for nm in scene.wavelengths for problem in index_problems(material.index, nm)]
+        if found:
+            report(f"{key}: {found[0]}; {asks}: give data that reach there, a number, or leave the effect out")
 
 
 def read_table(model: type[T], document: Mapping[str, Any], at: str, report: Report) -> T | None:
@@ -170,14 +184,15 @@ def _read_effects(document: Mapping[str, Any], report: Report) -> Effects:
     if not isinstance(table, dict):
         report(f"effects: must be a table [effects], got {short(table)}")
         table = {}
-    asked: dict[str, str | bool] = {key: effect.default for key, effect in EFFECTS.items()}
+    asked: dict[str, Value] = {key: effect.default for key, effect in EFFECTS.items()}
     for key, value in table.items():
         if key in EFFECTS:
-            choices = EFFECTS[key].choices
-            if not any(value is choice or (isinstance(choice, str) and value == choice) for choice in choices):
+            choices, numbers = EFFECTS[key].choices, EFFECTS[key].numbers
+            if not EFFECTS[key].takes(value):
                 words = [choice for choice in choices if isinstance(choice, str)]
                 hint = nearest(value, words) if isinstance(value, str) and words else ""
                 listed = " or ".join(short(choice) for choice in choices)
+                listed += f" or a whole number from {numbers[0]} to {numbers[1]}" if numbers else ""
                 hint = hint if "did you mean" in hint else ""
                 report(f"effects.{key}: must be {listed}, got {short(value)}{hint}")
             else:

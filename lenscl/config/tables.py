@@ -25,13 +25,12 @@ from lenscl.config.checks import (
     Vector,
     Wanted,
 )
-from lenscl.effects import EFFECTS
+from lenscl.effects import EFFECTS, Effect
 from lenscl.materials import material
 from lenscl.methods import METHODS
 
 # Effects of the study format that this version may lack, with the values that ask for nothing
 PLANNED_EFFECTS: dict[str, tuple[object, ...]] = {
-    "dispersion": (False,),
     "footprint": (False,),
     "antialias": (1, False),
     "caustics": (False,),
@@ -183,7 +182,7 @@ def study_schema() -> dict[str, Any]:
     properties["effects"] = {
         "type": "object",
         "additionalProperties": False,
-        "properties": {key: {"enum": list(effect.choices)} for key, effect in EFFECTS.items()}
+        "properties": {key: _effect_schema(effect) for key, effect in EFFECTS.items()}
         | {key: {"enum": list(idle)} for key, idle in PLANNED_EFFECTS.items() if key not in EFFECTS},
     }
     return {
@@ -194,6 +193,14 @@ def study_schema() -> dict[str, Any]:
         "additionalProperties": False,
         "properties": {key: properties[key] for key in TOP_KEYS if key in properties} | {"sweep": _sweep_schema()},
     }
+
+
+def _effect_schema(effect: Effect) -> dict[str, Any]:
+    words = {"enum": list(effect.choices)}
+    if effect.numbers is None:
+        return words
+    low, high = effect.numbers
+    return {"anyOf": [words, {"type": "integer", "minimum": low, "maximum": high}]}
 
 
 def _schema(table: type[Table]) -> dict[str, Any]:

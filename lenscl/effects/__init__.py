@@ -12,5 +12,19 @@ scene does not ask for leaves no text in its kernel.
 from __future__ import annotations
 
 from lenscl.effects.registry import EFFECTS, TOTAL, Effect, Fact, Hook, Output, Value, Variant, called
+from lenscl.effects.wavelengths import BAND, RGB_LINES, wavelengths_of
 
-__all__ = ["EFFECTS", "TOTAL", "Effect", "Fact", "Hook", "Output", "Value", "Variant", "called"]
+__all__ = [
+    "BAND",
+    "EFFECTS",
+    "RGB_LINES",
+    "TOTAL",
+    "Effect",
+    "Fact",
+    "Hook",
+    "Output",
+    "Value",
+    "Variant",
+    "called",
+    "wavelengths_of",
+]

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal
+from typing import Literal, TypeGuard
 
-Value = str | bool  # of a key in [effects]
+from lenscl.effects import wavelengths
+
+Value = str | bool | int  # of a key in [effects]
 # What a scene may have or not, on which "auto" depends
 Fact = Literal["a lens is opaque", "a lens absorbs", "total reflection is possible"]
 # Where a kernel calls a variant: on a ray's start, behind a surface that it has met, on the picture's plane
@@ -54,6 +56,10 @@ class Variant:
         The attributes of a lens whose numbers it reads, and how many those are: lens_<name>(scene, lens, i) has them.
     fact : str, optional
         What a scene has to have for "auto" to call for it.
+    layers : bool
+        Whether every ray is traced once for each of several wavelengths, in one launch: a work-item reads the numbers
+        of its own one, arrays get a leading axis. Such a variant's fragment hands out the packets, in the place of
+        parks_never.cl; it has no hooks.
     """
 
     name: str
@@ -63,6 +69,7 @@ class Variant:
     adds: tuple[Output, ...] = ()
     reads: tuple[tuple[str, int], ...] = ()
     fact: Fact | None = None
+    layers: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,6 +89,10 @@ class Effect:
         Whether False asks for nothing.
     auto : str or bool, optional
         The value whose variants "auto" takes, each where its fact holds; None where the key has no "auto".
+    numbers : (int, int), optional
+        The least and the largest whole number that the key takes beside its words.
+    counted : tuple of Variant
+        What such a number asks for.
     """
 
     key: str
@@ -90,10 +101,12 @@ class Effect:
     variants: Mapping[Value, tuple[Variant, ...]]
     can_be_off: bool = True
     auto: Value | None = None
+    numbers: tuple[int, int] | None = None
+    counted: tuple[Variant, ...] = ()
 
     @property
     def choices(self) -> tuple[Value, ...]:
-        """The values its key takes."""
+        """The values its key takes, but for numbers."""
         off = (False,) if self.can_be_off else ()
         return (*off, *self.variants, *(("auto",) if self.auto is not None else ()))
 
@@ -101,9 +114,26 @@ class Effect:
         """Return the variants that a value calls for in a scene of which some facts hold."""
         if asked == "auto" and self.auto is not None:
             return tuple(one for one in self.variants[self.auto] if one.fact is None or one.fact in facts)
-        return self.variants.get(asked, ())
+        return self.asked_for(asked)
+
+    def asked_for(self, value: Value) -> tuple[Variant, ...]:
+        """Return the variants that a value asks for, whatever holds of the scene."""
+        if value == "auto" and self.auto is not None:
+            value = self.auto
+        return self.counted if _is_number(value) else self.variants.get(value, ())
+
+    def takes(self, value: object) -> bool:
+        """Return whether the key takes a value."""
+        if _is_number(value):
+            return self.numbers is not None and self.numbers[0] <= value <= self.numbers[1]
+        return any(value is choice or (isinstance(choice, str) and value == choice) for choice in self.choices)
 
 
+def _is_number(value: object) -> TypeGuard[int]:
+    return isinstance(value, int) and not isinstance(value, bool)  # True == 1, but does not count
+
+
+_WAVELENGTHS = (Variant(name="dispersion", steers=True, hooks=(), layers=True),)
 _TRANSMITTANCE = Output(
     name="transmittance",
     members=("transmittance",),
@@ -175,6 +205,14 @@ _ROWS = (
                 ),
             ),
         },
+    ),
+    Effect(
+        key="dispersion",
+        model="an index for each wavelength, by the materials' formulas",
+        default=False,
+        variants={"rgb": _WAVELENGTHS},
+        numbers=(wavelengths.FEWEST, wavelengths.MOST),
+        counted=_WAVELENGTHS,
     ),
     Effect(
         key="path_length",

@@ -61,13 +61,25 @@ def findings(scene: Scene, *, rays_given: bool = False) -> dict[Fact, Finding]:
     rays_given : bool
         Whether the rays are a caller's own, which may start anywhere; else they are those of the scene's film.
     """
-    found = {fact: finder(scene, rays_given) for fact, finder in _FINDERS.items()}
+    found = {fact: _found(finder, scene, rays_given) for fact, finder in _FINDERS.items()}
     return {
         fact: Finding(holds=True, why="another point of the study needs it")
         if fact in scene.facts and not one.holds
         else one
         for fact, one in found.items()
     }
+
+
+def _found(finder: Callable[[Scene, bool], Finding], scene: Scene, rays_given: bool) -> Finding:
+    """Return whether a fact holds at the d line or at any wavelength of a scene."""
+    here = finder(scene, rays_given)
+    if here.holds:
+        return here
+    for nm, layer in zip(scene.wavelengths, scene.layers(), strict=False):  # without wavelengths it is its own layer
+        one = finder(layer, rays_given)
+        if one.holds:
+            return replace(one, why=f"{one.why}, at {nm:g} nm")
+    return here
 
 
 def facts_of(scene: Scene, *, rays_given: bool = False) -> frozenset[Fact]:
@@ -100,7 +112,7 @@ def calls(scene: Scene, *, rays_given: bool = False) -> Iterator[Call]:
     found = findings(scene, rays_given=rays_given)
     for effect in EFFECTS.values():
         asked = scene.effects[effect.key]
-        variants = effect.variants.get(effect.auto if asked == "auto" and effect.auto is not None else asked, ())
+        variants = effect.asked_for(asked)
         if not variants:
             yield Call(effect=effect, variant=None, asked=asked, is_in=False, why="not asked for")
         for variant in variants:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +19,7 @@ from lenscl.status import RayStatus
 
 _ADDED_BY = {
     effect.key: {output.name for some in effect.variants.values() for one in some for output in one.adds}
+    | {"wavelengths" for some in effect.variants.values() for one in some if one.layers}
     for effect in EFFECTS.values()
 }
 
@@ -26,6 +27,9 @@ _ADDED_BY = {
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Rays:
     """The ends of rays. Lengths are in scene units; real arrays have the precision traced (float32 or float64).
+
+    With `effects.dispersion` every array of rays has one more axis in front, of the K wavelengths: `st` is of shape
+    (K, ..., 2), and the attribute `wavelengths`, float64 of shape (K,), has them in nm.
 
     Attributes
     ----------
@@ -72,7 +76,7 @@ class _Rays:
         raise AttributeError(f"{type(self).__name__} has no {name}{advice}")
 
     def counts(self) -> dict[RayStatus, int]:
-        """Return how many rays ended how; they sum to the rays."""
+        """Return how many rays ended how; they sum to the rays, those of all wavelengths counted."""
         counted = np.bincount(self.status.ravel(), minlength=len(RayStatus))
         return {status: int(counted[status]) for status in RayStatus}
 
@@ -98,6 +102,29 @@ class RayMap(_Rays):
     def direction(self) -> NDArray[Any]:
         """Its unit direction."""
         return self._legs[1]
+
+    def layers(self) -> tuple[RayMap, ...]:
+        """Return the map of each wavelength as one without that axis; itself, alone, where it has none.
+
+        The scene of each is in light of its wavelength, `Scene.at_wavelength`. Each has its share of the seconds, and
+        counts in `escalated` the rays of all.
+        """
+        if "wavelengths" not in self.added:
+            return (self,)
+        scenes = self.scene.layers()
+        return tuple(self._layer(number, scene) for number, scene in enumerate(scenes))
+
+    def _layer(self, number: int, scene: Scene) -> RayMap:
+        return replace(
+            self,
+            st=self.st[number],
+            status=self.status[number],
+            events=self.events[number],
+            scene=scene,
+            trace_seconds=self.trace_seconds / len(self.status),
+            added=Frozen({name: array[number] for name, array in self.added.items() if name != "wavelengths"}),
+            legs=lambda: (self.origin[number], self.direction[number]),
+        )
 
     @cached_property
     def _legs(self) -> tuple[NDArray[Any], NDArray[Any]]:
