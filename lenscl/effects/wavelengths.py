@@ -13,7 +13,7 @@ from __future__ import annotations
 # nm, of red, green and blue: the dominant wavelengths of sRGB's primaries, where the line from D65 through each meets
 # the spectrum (IEC 61966-2-1:1999, table 1, on the chart of CIE 015:2018)
 RGB_LINES = (611.4, 549.1, 464.2)
-# nm. In it lie 97 % of the eye's sensitivity to luminance, and every material of the catalogue has data
+# nm. In it lie 98 % of the eye's sensitivity to luminance, and every material of the catalogue has data
 BAND = (440.0, 650.0)
 # The fewest from which three colours can be told, and more than any picture needs
 FEWEST, MOST = 3, 64

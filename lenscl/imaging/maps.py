@@ -68,7 +68,8 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
     raymap : RayMap
         In an `.npz` each array has its attribute's name: st, status, events, origin, direction, and what the effects
         add; `scene_toml` is the scene as text. An EXR has those as further channels: transmittance, path_length,
-        transmission.R, .G, .B. The seconds are left out. An EXR carries `scene_toml` among its parameters.
+        transmission.R, .G, .B. The seconds are left out. An EXR carries `scene_toml` among its parameters. A map of
+        several wavelengths is written as `.npz` alone: an ST map says of a pixel one place, not one for each.
     error : float64 array, shape (rows, columns), optional
         Bounds on the error of (s, t), -1 where there is none; in an `.npz` the array `error`. The EXR's channel `error`
         bounds the error of its own numbers: what R and G lose as float32 is added, and it is rounded up.
@@ -79,6 +80,8 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
         If the suffix is another, or the file cannot be written.
     """
     file = Path(path)
+    if "wavelengths" in raymap.added:
+        refuse_wavelengths(file)
     scene_toml: str = raymap.scene.to_toml()
     match file.suffix.lower():
         case ".exr":
@@ -92,6 +95,15 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
             _write_npz(file, raymap, scene_toml, {} if error is None else {"error": error})
         case other:
             raise ImageError(f"{file}: a ray map is written as .exr (an ST map) or .npz (numpy arrays), not {other!r}")
+
+
+def refuse_wavelengths(path: str | PathLike[str]) -> None:
+    """Raise where a map of several wavelengths is to be written as a format that holds one."""
+    if Path(path).suffix.lower() == ".exr":
+        raise ImageError(
+            f"{path}: an ST map holds one wavelength, and effects.dispersion asks for several; write the map as .npz, "
+            "or set effects.dispersion = false for the d line's"
+        )
 
 
 def _st_map(raymap: WritableMap) -> NDArray[np.float32]:

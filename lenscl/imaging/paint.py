@@ -3,7 +3,8 @@
 Input: a ray map and pixels (H, W, C). Output: pixels (rows, columns, C) of the same type. A picture's samples stand at
 (i + 1/2) / W; between them colours are mixed in linear light, and the edges go on outwards. Each film pixel is one
 point: nothing is averaged where the lens makes the picture smaller. Where the map says how much light gets through, its
-colours are dimmed by that, in linear light; alpha is not, nor is the colour outside.
+colours are dimmed by that, in linear light; alpha is not, nor is the colour outside. Where the map has several
+wavelengths, each shows its share of the picture at its own place (`spectrum`, `dispersed`): as many launches.
 
 Alpha is the last of 2 or 4 channels. Integers carry straight alpha and are mixed multiplied by it, so that no hidden
 colour shows; floats carry colour already multiplied (associated), as EXR does. Floats are never cut off; integers are
@@ -13,6 +14,7 @@ held within their range, where a bicubic mix can overshoot.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal, Protocol, TypeAlias, cast, get_args
 
@@ -22,6 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from lenscl.codegen import fragment
 from lenscl.device import Buffer, Device, Program
 from lenscl.errors import StudyError
+from lenscl.imaging.dispersed import LUMINANCE, layers_of, light_from, mixed, pixels_from
 from lenscl.imaging.encoding import (
     DTYPES,
     ENCODE_STEPS,
@@ -31,12 +34,12 @@ from lenscl.imaging.encoding import (
     encoding_of,
     full_scale,
 )
+from lenscl.imaging.spectrum import spectral_matrices
 from lenscl.status import RayStatus
 
 Filter: TypeAlias = Literal["nearest", "bilinear", "bicubic"]
 
 _CHANNELS = (1, 2, 3, 4)
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of sRGB's primaries: IEC 61966-2-1:1999, for pictures without colour
 _BITS = {1: "uchar", 2: "ushort", 4: "uint", 8: "ulong"}  # what a pixel of so many bytes is as bits
 _FLOATS = {"float16": "paint_half.cl", "float32": "paint_single.cl", "float64": "paint_double.cl"}
 
@@ -57,14 +60,25 @@ class PaintableMap(Protocol):
         """The device to paint on."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Ready:
+    """A picture on a device, and the program that paints it."""
+
+    program: Program
+    picture: NDArray[Any]
+    pixels: Buffer
+    light: Buffer
+    outside: Buffer
+
+
 class Painter:
     """A ray map held on its device, ready to paint any number of pictures.
 
     Parameters
     ----------
     raymap : RayMap
-        Of it only `st`, `status`, `device` and, where its scene asks for them, `transmittance` and `transmission` are
-        read.
+        Of it only `st`, `status`, `device` and, where its scene asks for them, `wavelengths`, `transmittance` and
+        `transmission` are read.
 
     Examples
     --------
@@ -75,12 +89,21 @@ class Painter:
     """
 
     def __init__(self, raymap: PaintableMap) -> None:
+        self._layers = [Painter(layer) for layer in layers_of(raymap)]
+        if self._layers:
+            self._matrices = spectral_matrices(cast(Any, raymap).added["wavelengths"])
+            return
         self._shape: tuple[int, int] = raymap.status.shape[:2]
         self._double_places = raymap.st.dtype == np.float64
         self._device = raymap.device
         self._places = raymap.device.upload(raymap.st)
         self._status = raymap.device.upload(raymap.status)
         self._weights = _weights(getattr(raymap, "added", {}))
+
+    @property
+    def has_wavelengths(self) -> bool:
+        """Whether the map has several wavelengths, so that greys may get colours."""
+        return bool(self._layers)
 
     def paint(
         self,
@@ -91,9 +114,21 @@ class Painter:
         outside: ArrayLike = 0,
     ) -> NDArray[Any]:
         """Return the picture seen through the film; see `paint`."""
-        picture = _as_picture(pixels)
-        height, width, channels = picture.shape
-        filter_name, curve = _filter_of(filter), encoding_of(picture.dtype, encoding)
+        picture, filter_name = _as_picture(pixels), _filter_of(filter)
+        curve = encoding_of(picture.dtype, encoding)
+        colour = _outside_colour(outside, picture.dtype, picture.shape[2])
+        if self._layers:
+            light = light_from(picture, curve)
+            ready = self._layers[0]._ready(light, filter_name, "linear", light_from(colour, curve))
+            seen = mixed((layer._painted(ready) for layer in self._layers), self._matrices)
+            painted = pixels_from(seen, picture.dtype, curve)
+        else:
+            painted = self._painted(self._ready(picture, filter_name, curve, colour))
+        return painted if pixels.ndim == 3 else painted[..., 0]
+
+    def _ready(self, picture: NDArray[Any], filter_name: Filter, curve: Encoding, outside: NDArray[Any]) -> _Ready:
+        """Return a picture on the device, for this map and others of its kind."""
+        channels = picture.shape[2]
         source = _source(
             picture.dtype.name, channels, self._double_places, filter_name, curve, self._weights is not None
         )
@@ -102,15 +137,20 @@ class Painter:
             raise StudyError([f"pixels: {device.label} has no double precision; give the picture as float32"])
         program = device.build(source, kind="paint")
 
-        outside_colour = device.upload(_outside_colour(outside, picture.dtype, channels))
         pixels_there = device.upload(picture)
         light_there = pixels_there
         if filter_name != "nearest" or self._weights is not None:
             light_there = _lighten(program, picture, pixels_there)
+        return _Ready(program, picture, pixels_there, light_there, device.upload(outside))
+
+    def _painted(self, ready: _Ready) -> NDArray[Any]:
+        """Return what a picture looks like, shape (rows, columns, C)."""
+        device, picture = self._device, ready.picture
+        height, width, channels = picture.shape
         painted = np.empty((*self._shape, channels), picture.dtype)
         painted_there = device.empty(painted.nbytes)
         count = self._shape[0] * self._shape[1]
-        program.run(
+        ready.program.run(
             "paint",
             count,
             [
@@ -119,23 +159,23 @@ class Painter:
                 self._status,
                 np.int32(width),
                 np.int32(height),
-                pixels_there,
-                light_there,
+                ready.pixels,
+                ready.light,
                 device.upload(encode_table()),
-                outside_colour,
+                ready.outside,
                 painted_there,
                 *self._weights_there(picture.dtype, channels),
             ],
         )
         device.download(painted_there, painted)
-        return painted if pixels.ndim == 3 else painted[..., 0]
+        return painted
 
     def _weights_there(self, dtype: np.dtype[Any], channels: int) -> list[Buffer]:
         """Return on the device what reaches the film of each colour; nothing where all of it does."""
         if self._weights is None:
             return []
         is_grey = channels < 3
-        weights = self._weights @ _LUMINANCE[:, np.newaxis] if is_grey else self._weights
+        weights = self._weights @ LUMINANCE[:, np.newaxis] if is_grey else self._weights
         return [self._device.upload(weights.astype(np.float64 if dtype.itemsize == 8 else np.float32))]
 
 
@@ -154,7 +194,9 @@ def paint(
     raymap : RayMap
         Rays of status PICTURE take their colour at `st`, all others take `outside`. Where its effects say what gets
         through (`transmittance`, `transmission`), colours are dimmed by that in linear light; a picture without colour
-        by what is left of the luminance of white.
+        by what is left of the luminance of white. With `wavelengths` each of them adds its part of the light at its own
+        place, outside likewise; alpha is the mean. Integers cut off colours beyond sRGB, and a picture without colour
+        gets the luminance alone: give it as RGB to see its fringes.
     pixels : array, shape (H, W, C) or (H, W)
         uint8, uint16, float16, float32 or float64; C = 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA. The picture and the
         result must each fit into one allocation of the device.
