@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeVar, cast
 from pydantic import ValidationError
 
 from lenscl.config.checks import LONGEST, SHORTEST, Box, Vec3
-from lenscl.config.problems import MOST_PROBLEMS, from_pydantic, nearest, short, study_error, unknown_key
+from lenscl.config.problems import MOST_PROBLEMS, as_plain, from_pydantic, nearest, short, study_error, unknown_key
 from lenscl.config.scene import Effects, Film, Frozen, Lens, Numerics, Picture, Scene, Source
 from lenscl.config.tables import (
     MOST_LENSES,
@@ -188,6 +188,7 @@ def _read_effects(document: Mapping[str, Any], report: Report) -> Effects:
     for key, value in table.items():
         if key in EFFECTS:
             choices, numbers = EFFECTS[key].choices, EFFECTS[key].numbers
+            value = _counted(value) if numbers else value
             if not EFFECTS[key].takes(value):
                 words = [choice for choice in choices if isinstance(choice, str)]
                 hint = nearest(value, words) if isinstance(value, str) and words else ""
@@ -204,6 +205,12 @@ def _read_effects(document: Mapping[str, Any], report: Report) -> Effects:
         else:
             report(unknown_key("effects", key, (*EFFECTS, *PLANNED_EFFECTS)))
     return Effects(asked)
+
+
+def _counted(value: Any) -> Any:
+    """Return 8.0 as 8, as other whole numbers of a study may be written, and anything else as it is."""
+    value = as_plain(value)
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def _read_lenses(document: Mapping[str, Any], problems: list[str]) -> list[Lens]:
