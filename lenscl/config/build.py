@@ -100,11 +100,11 @@ def _check_indices(scene: Scene, prefixes: list[str], report: Report) -> None:
     """Report the materials of which the index is not known at a wavelength that the scene is traced at."""
     materials = {"medium.n": scene.medium}
     materials |= {f"{at}.n": lens.material for at, lens in zip(prefixes, scene.lenses, strict=True)}
-    asks = f"effects.dispersion = {short(scene.effects['dispersion'])} asks for {len(scene.wavelengths)} wavelengths"
+    asks = f"effects.dispersion = {short(scene.effects['dispersion'])} needs it there"
     for key, material in materials.items():
         found = [problem for nm in scene.wavelengths for problem in index_problems(material.index, nm)]
         if found:
-            report(f"{key}: {found[0]}; {asks}: give data that reach there, a number, or leave the effect out")
+            report(f"{key}: {found[0]}; {asks}: give data that reach so far, or one number, or leave the effect out")
 
 
 def read_table(model: type[T], document: Mapping[str, Any], at: str, report: Report) -> T | None:

@@ -117,10 +117,16 @@ def calls(scene: Scene, *, rays_given: bool = False) -> Iterator[Call]:
             yield Call(effect=effect, variant=None, asked=asked, is_in=False, why="not asked for")
         for variant in variants:
             if asked != "auto" or variant.fact is None:
-                yield Call(effect=effect, variant=variant, asked=asked, is_in=True, why="asked for")
+                why = _wavelengths(scene) if variant.layers else "asked for"
+                yield Call(effect=effect, variant=variant, asked=asked, is_in=True, why=why)
             else:
                 one = found[variant.fact]
                 yield Call(effect=effect, variant=variant, asked=asked, is_in=one.holds, why=one.why)
+
+
+def _wavelengths(scene: Scene) -> str:
+    low, high = min(scene.wavelengths), max(scene.wavelengths)
+    return f"asked for: {len(scene.wavelengths)} wavelengths from {low:g} to {high:g} nm, each traced"
 
 
 def _opaque(scene: Scene, _: bool) -> Finding:

@@ -10,7 +10,7 @@ from faults_in_kernels import Fault, broken
 from numpy.typing import NDArray
 from scenes import make_scene
 
-from lenscl import RayStatus, StudyError, trace, trace_rays
+from lenscl import RayStatus, StudyError, reference, trace, trace_rays
 from lenscl.config import Scene
 from lenscl.effects import wavelengths_of
 from lenscl.materials import D_LINE
@@ -273,7 +273,7 @@ def test_a_material_without_data_at_a_wavelength_is_refused_by_its_key() -> None
         dispersive({"surface": "sphere", "n": table}, "rgb", medium=table)
     assert [problem.split(":")[0] for problem in error.value.problems] == ["medium.n", "lens.n"]
     assert "known from 500 to 600 nm, not at 611.4 nm" in error.value.problems[0]
-    assert 'effects.dispersion = "rgb" asks for 3 wavelengths' in error.value.problems[1]
+    assert 'effects.dispersion = "rgb" needs it there: give data' in error.value.problems[1]
     assert make_scene({"surface": "sphere", "n": table}).lenses[0].n == pytest.approx(1.6 - 0.1 * 0.875618)
 
 
@@ -284,3 +284,15 @@ def test_every_material_of_the_catalogue_serves_every_number_of_wavelengths() ->
         for asked in ("rgb", 3, 64):
             scene = dispersive({"surface": "sphere", "n": name}, asked, medium="vacuum")
             assert len({layer.lenses[0].n for layer in scene.layers()}) in (1, len(scene.wavelengths))
+
+
+@pytest.mark.usefixtures("few_lanes")
+def test_the_slow_twin_agrees_at_every_wavelength() -> None:
+    scene = dispersive(WEDGE | {"apex": 30.0, "n": "SF10"}, "rgb", film={"size": [12, 10]})
+    found = trace(scene)
+    for number, layer in enumerate(scene.layers()):
+        twin = reference.trace(layer)
+        np.testing.assert_array_equal(found.status[number].ravel(), twin.status)
+        np.testing.assert_array_equal(found.events[number].ravel(), twin.events)
+        np.testing.assert_allclose(found.st[number].reshape(-1, 2), twin.st, rtol=0, atol=1e-11)
+    assert (found.events == 2).all(axis=0).sum() > 30
