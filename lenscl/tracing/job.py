@@ -108,7 +108,7 @@ class Job:
     @property
     def tile_pixels(self) -> int:
         """How many rays a launch takes, so that those of all layers fit into one tile's memory."""
-        return _TILE_PIXELS // max(1, len(self.layers))
+        return _tile_pixels(max(1, len(self.layers)))
 
     def padded(self, array: NDArray[Any]) -> NDArray[Any]:
         """Return rows repeated at the end up to whole packets."""
@@ -119,7 +119,7 @@ class Job:
         """Trace the ray of every film pixel; return the ends, row by row."""
         film = self.scene.film
         ends = self.empty_ends(film.rows * film.columns)
-        for row, column, columns, first, count in _tiles(film.rows, film.columns, self.tile_pixels):
+        for row, column, columns, first, count in _tiles(film.rows, film.columns, max(1, len(self.layers))):
             self.run(ends, (row, column, columns, count), first, ())
         return ends
 
@@ -358,8 +358,13 @@ def _check_steps(scene: Scene, structure: Structure) -> None:
         )
 
 
-def _tiles(rows: int, columns: int, most: int) -> Iterator[tuple[int, int, int, int, int]]:
+def _tile_pixels(layers: int) -> int:
+    return _TILE_PIXELS // layers
+
+
+def _tiles(rows: int, columns: int, layers: int = 1) -> Iterator[tuple[int, int, int, int, int]]:
     """Yield (first row, first column, columns, first pixel, pixels): whole rows, or parts of one that is too long."""
+    most = _tile_pixels(layers)
     if columns > most:
         for row in range(rows):
             for column in range(0, columns, most):
