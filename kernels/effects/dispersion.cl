@@ -5,6 +5,8 @@
 //
 // The work-items of one wavelength carry whole packets of the tile, and those of the next follow: all lanes of a packet
 // have one index. In the arrays the ends of a wavelength's rays follow those of the one before, padded to whole packets.
+// No ray is put aside, as parks.cl does: packets of those would mix wavelengths. Where a few rays of a packet are
+// trapped, the others wait for them, and all take up to twice as long.
 
 #define PARK_PARAMETERS , const int wavelengths
 #define PARK_ARGUMENTS , wavelengths
