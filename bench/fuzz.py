@@ -6,6 +6,10 @@ Whatever is read must be accepted or refused by an error of our own, within two 
 keeping memory. What is accepted goes on: to the points of the study, its hard spots, and the text of its kernel, which
 is not compiled. A failure is printed with the input, which `fuzz_inputs.made(SEED, NUMBER)` makes again; the exit code
 is 1 if there is any. Tests run the same with a few thousand inputs.
+
+At length it was run on 2026-11-29, a million inputs of seed 4, in 33 minutes on two busy cores: none took two seconds,
+no worker grew by more than 28 MiB. Two failed, and are mended: numpy warned of a reciprocal beyond the largest number
+while singular points were sought, and a text with half a pair of surrogates, which no file can hold, was not refused.
 """
 
 from __future__ import annotations
@@ -215,9 +219,10 @@ def run(seed: int, numbers: Sequence[int], folder: Path, watch: Callable[[bool],
         warnings.simplefilter("error")  # the user would read it
         for number in numbers:
             given = Input("none", "")
-            start = time.process_time()
+            start = 0.0
             try:
                 given = made(seed, number)
+                start = time.process_time()
                 watch(True)
                 found = answer(given, folder)
                 watch(False)

@@ -23,7 +23,6 @@ from fuzz_expressions import NAMES, PART, Expressions
 from lenscl.config.tables import (
     FORMATS,
     MODES,
-    PLANNED_EFFECTS,
     SCENE_TABLES,
     TOP_KEYS,
     LensTable,
@@ -151,7 +150,7 @@ def _words() -> tuple[str, ...]:
     tables = (*SCENE_TABLES.values(), LensTable, SweepTable, OutputTable)
     found = [*TOP_KEYS, *(key for table in tables for key in table.model_fields), *_AXES, *FORMATS, *MODES]
     choices = (choice for effect in EFFECTS.values() for choice in effect.choices)
-    found += [*EFFECTS, *PLANNED_EFFECTS, *(choice for choice in choices if isinstance(choice, str))]
+    found += [*EFFECTS, *(choice for choice in choices if isinstance(choice, str))]
     found += [*catalogue(), *(each.name for row in catalogue().values() for each in row.parameters)]
     found += [*CATALOGUE, *METHODS, *sorted(FUNCTIONS), *NAMES]
     found += ["single", "double", "mixed", "exact", "paraxial", "auto"]

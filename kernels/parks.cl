@@ -1,7 +1,7 @@
 // parks.cl: rays that travel on almost alone in their packet are put aside, and carried on in full packets by another
 // launch: a few that are trapped by total reflection would else hold up their packet to the last event.
 //
-// provides  next_ray(), parks(), PARK_PARAMETERS, PARK_ARGUMENTS
+// provides  next_ray(), parks(), PARK_PARAMETERS, PARK_ARGUMENTS; layer_t, layer_of_item()
 // needs     lanes, ray, first_ray(), start(); packets of 4 or more
 // set by    the generated head: RAY_WORDS, the members of ray_t
 //
@@ -10,6 +10,17 @@
 #define PARK_PARAMETERS \
   , const int carries_on, global int *restrict parked, global int *restrict places, global MASK *restrict words
 #define PARK_ARGUMENTS , carries_on, parked, places, words
+
+// One set of the scene's numbers serves all work-items, and every array has one layer.
+typedef struct {
+  int number, item, start;
+} layer_t;
+
+static inline layer_t layer_of_item(int4 tile PARK_PARAMETERS) {
+  const layer_t layer = {0, (int)get_global_id(0), 0};
+  return layer;
+}
+
 typedef char ray_t_is_as_long_as_the_host_knows[sizeof(ray_t) == RAY_WORDS * sizeof(realv) ? 1 : -1];
 #define ALMOST_ALONE (VW / 4)  // as the host knows: so many of every packet may be put aside
 

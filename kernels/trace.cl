@@ -1,8 +1,8 @@
 // trace.cl: follow a packet of rays from the source through every surface to the picture's plane.
 //
 // provides  the kernel trace
-// needs     prelude, ray, next_ray(), parks(), count_steps(), refract(), land(), store_end(); generated: scene_t,
-//           meet_lenses(), at_interface(), at_picture(), store_effects(), EFFECT_PARAMETERS, EFFECT_ARGUMENTS
+// needs     prelude, ray, layer_of_item(), next_ray(), parks(), count_steps(), refract(), land(), store_end(); generated:
+//           scene_t, meet_lenses(), at_interface(), at_picture(), store_effects(), EFFECT_PARAMETERS, EFFECT_ARGUMENTS
 // set by    the generated head: RUN
 
 #define PARKS_FROM 2  // events: most rays have left their lens after two, and see in the third that they meet no other
@@ -62,8 +62,9 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
 // One work-item carries RUN packets of the tile, one after the other: what they share is read once.
 kernel void trace(global const scene_t *restrict numbers, const int4 tile, const int max_events,
                   END_PARAMETERS EFFECT_PARAMETERS RAY_PARAMETERS PARK_PARAMETERS COUNT_PARAMETERS) {
-  const scene_t scene = *numbers;
-  const int begin = (int)get_global_id(0) * (RUN * VW);
+  const layer_t layer = layer_of_item(tile PARK_ARGUMENTS);
+  const scene_t scene = numbers[layer.number];
+  const int begin = layer.item * (RUN * VW);
   const int end = tile.w - begin < RUN * VW ? tile.w : begin + RUN * VW;
   for (int first = begin; first < end; first += VW) {
     ray_t ray = next_ray(&scene, tile, first RAY_ARGUMENTS PARK_ARGUMENTS);
@@ -74,7 +75,7 @@ kernel void trace(global const scene_t *restrict numbers, const int4 tile, const
     }
     const place_t place = land(&ray, &scene.picture);
     at_picture(&ray, &place, &scene);
-    store_end(&ray, place, first, END_ARGUMENTS);
-    store_effects(&ray, first EFFECT_ARGUMENTS);
+    store_end(&ray, place, layer.start + first, END_ARGUMENTS);
+    store_effects(&ray, layer.start + first EFFECT_ARGUMENTS);
   }
 }

@@ -18,7 +18,7 @@ _SEED = 11  # of the order within the rounds
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cost:
-    """What one fragment adds to the time of a ray, in nanoseconds by the device's clock.
+    """What one fragment adds to the time of a film's ray, in nanoseconds by the device's clock.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Ablation:
     Attributes
     ----------
     ns : float
-        Nanoseconds a ray with all effects, the median.
+        Nanoseconds a ray of the film with all effects, the median; all its wavelengths together.
     costs : mapping of str to Cost
         By the name of the variant.
     rays, rounds : int
@@ -69,13 +69,14 @@ def ablate(scene: Scene, device: Device, rounds: int = ROUNDS) -> Ablation:
     """
     scene = coarser(scene)
     names = ["", *(call.variant.name for call in calls(scene) if call.variant is not None and call.is_in)]
+    rays = scene.film.rows * scene.film.columns
     times = {name: [0.0] * rounds for name in names}
     random = np.random.default_rng(_SEED)
     for turn in range(-1, rounds):  # the first warms up
         for name in random.permutation(names).tolist():
             raymap = trace_without(scene, name, device=device) if name else trace(scene, device=device)
             if turn >= 0:
-                times[name][turn] = raymap.trace_seconds / raymap.status.size * 1e9
+                times[name][turn] = raymap.trace_seconds / rays * 1e9
     whole, costs = trace(scene, device=device), {}
     for name in names[1:]:
         less = trace_without(scene, name, device=device)
@@ -83,4 +84,4 @@ def ablate(scene: Scene, device: Device, rounds: int = ROUNDS) -> Ablation:
         apart = [with_it - without for with_it, without in zip(times[""], times[name], strict=True)]
         low, high = median_bounds(apart)
         costs[name] = Cost(ns=median(apart), low=low, high=high, changed=float(changed))
-    return Ablation(ns=median(times[""]), costs=costs, rays=whole.status.size, rounds=rounds)
+    return Ablation(ns=median(times[""]), costs=costs, rays=rays, rounds=rounds)

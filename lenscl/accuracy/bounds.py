@@ -89,7 +89,7 @@ def place_bounds(
     ----------
     scene : Scene
         Its numbers are taken as exact, and Snell's law too. Source and film play no part, nor do the numerics but for
-        `max_events`.
+        `max_events`. Indices are those of the d line.
     origins, directions : array_like, shape (N, 3)
         World, scene units, taken as exact; directions of any length but 0.
     device : Device or str, optional
@@ -116,7 +116,7 @@ def pixel_bounds(scene: Scene, pixels: ArrayLike, *, device: Device | str | None
 
 
 def error_at(raymap: RayMap, pixels: ArrayLike) -> Array:
-    """Return a map's error bounds, as `error_map` has them, at film pixels, numbered row by row."""
+    """Return the error bounds of a map of one wavelength, as `error_map` has them, at pixels numbered row by row."""
     _check_device(raymap)
     numbers = np.asarray(pixels, dtype=np.intp)
     return np.concatenate([_bounds_of(raymap, numbers[part]) for part in _parts(len(numbers))])
@@ -135,7 +135,8 @@ def error_map(raymap: RayMap) -> Array:
     Returns
     -------
     float64 array, shape (rows, columns)
-        On max(|ds|, |dt|), in picture coordinates; -1 where the map has no place, or no bound can be given.
+        On max(|ds|, |dt|), in picture coordinates; -1 where the map has no place, or no bound can be given. Of several
+        wavelengths each is traced again: shape (K, rows, columns).
 
     Raises
     ------
@@ -143,6 +144,8 @@ def error_map(raymap: RayMap) -> Array:
         If the map's device has no double precision.
     """
     _check_device(raymap)
+    if "wavelengths" in raymap.added:
+        return np.stack([error_map(layer) for layer in raymap.layers()])
     bounds = np.empty(raymap.status.shape)
     flat = bounds.reshape(-1)
     for part in _parts(flat.size):

@@ -193,7 +193,7 @@ def measure_front(
     Parameters
     ----------
     scene : Scene
-        Its method, precision, Snell's rule, step, tolerance and accuracy play no part.
+        Its method, precision, Snell's rule, step, tolerance and accuracy play no part. It is traced at the d line.
     device : Device
     title, made : str
         As in `Front`.
@@ -210,7 +210,7 @@ def measure_front(
     LensclError
         If python-flint is missing or broken.
     """
-    scene = coarser(scene)
+    scene = coarser(scene.at_d_line())
     best = Combination(method="auto", precision=precisions_of(device)[-1])
     reference = trace(best.of(scene), device=device)
     require_lens(reference)

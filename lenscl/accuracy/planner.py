@@ -40,7 +40,8 @@ class Planner:
         Parameters
         ----------
         scene : Scene
-            Without `numerics.accuracy` it is traced as it says, and nothing is checked.
+            Without `numerics.accuracy` it is traced as it says, and nothing is checked. A scene of several wavelengths
+            is planned at the d line; its map is checked at each of them, and what is told is of the worst.
         size : (int, int), optional
             Columns and rows of the largest picture, whose pixels an accuracy may be in; default: the scene's.
         like : Scene, optional
@@ -75,6 +76,7 @@ class Planner:
         self, scene: Scene, size: tuple[int, int] | None = None, without: frozenset[Combination] = frozenset()
     ) -> Plan:
         """Return the cheapest combination that meets `numerics.accuracy`, some left out; errors as for `trace`."""
+        scene = scene.at_d_line()
         key = scene, size, without
         if key not in self._plans:
             if len(self._plans) >= _MOST_PLANS:
@@ -90,4 +92,5 @@ class Planner:
 
     def _traced(self, scene: Scene, plan: Plan, size: tuple[int, int] | None) -> tuple[RayMap, Achieved]:
         raymap = trace(plan.combination.of(scene), device=self._device)
-        return raymap, check(raymap, wanted_of(scene), plan.combination, size)
+        checks = [check(layer, wanted_of(scene), plan.combination, size) for layer in raymap.layers()]
+        return raymap, max(checks, key=lambda each: (not each.is_met, each.error, each.differ))

@@ -45,7 +45,8 @@ def explain(study_path: Path, pixel: str | None, overrides: tuple[str, ...], as_
     of the kernels that trace the study, in its method and precision. At each surface it says what is known of the
     point: the stretch of the ray on which F is proved to change its sign, what is left of F, the normal, the angles,
     how near the ray is to the critical angle, and by how much a relative change of its start has grown. Then where the
-    ray lands, how far off that may be, and, with lenscl[accuracy], what is proved of it.
+    ray lands, how far off that may be, and, with lenscl[accuracy], what is proved of it. With effects.dispersion it is
+    the path at the d line.
 
     \b
     Example:
@@ -55,6 +56,7 @@ def explain(study_path: Path, pixel: str | None, overrides: tuple[str, ...], as_
     """
     from lenscl.accuracy import largest_size, planner_of
     from lenscl.accuracy.path import explain_pixel
+    from lenscl.materials import D_LINE
 
     study = open_study(study_path, overrides)
     if pixel is None:
@@ -66,6 +68,8 @@ def explain(study_path: Path, pixel: str | None, overrides: tuple[str, ...], as_
         plan = planner_of().plan(scene, size)
         click.echo(plain(f"accuracy: {plan.achieved}"), err=True)
         scene = plan.combination.of(scene)
+    if scene.wavelengths:
+        click.echo(f"wavelength: the path is of the d line, {D_LINE:g} nm; a number as index shows another", err=True)
     path = explain_pixel(scene, row, column, size=size)
     if as_json:
         click.echo(json.dumps(path.as_json(), indent=2, allow_nan=False))

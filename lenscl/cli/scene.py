@@ -70,7 +70,8 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
 
     An EXR file is an ST map as compositors read it: red s, green 1 - t, alpha 1 on the picture. An NPZ file holds
     every array of the ray map, the samples of effects.antialias and the irradiance of effects.caustics among them, and
-    the scene.
+    the scene. With effects.dispersion the rays' arrays have an axis of wavelengths in front, and only an NPZ file
+    holds them.
 
     With --error each pixel has a bound on the error of s and t, the larger of the two, against exact physics of the
     scene as written, in picture coordinates; in an EXR what its single precision loses is added. The bound compares:
@@ -84,9 +85,11 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
       lenscl map configs/torus.toml --set lens.r=0.2 -o torus.npz
       lenscl map configs/torus.toml --set numerics.precision=single --error -o torus.exr
     """
-    from lenscl.imaging import write_map
+    from lenscl.imaging import refuse_wavelengths, write_map
 
     study = open_study(study_path, overrides)
+    if study.scene.wavelengths:
+        refuse_wavelengths(output)
     raymap, achieved = _trace(study, study.images)
     error = None
     if with_error:

@@ -58,7 +58,7 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         *(located(f"effects/{name}.cl") for name in _effect_files(structure)),
         generated("what this scene consists of"),
         "\n".join(_calls(structure)),
-        located("parks.cl" if structure.parks else "parks_never.cl"),
+        located(_packets(structure)),
         located("steps_counted.cl" if structure.counts else "steps_uncounted.cl"),
         located("trace.cl"),
     ]
@@ -67,6 +67,14 @@ def _written(structure: Structure) -> tuple[Layout, str]:
 
 def _possible(structure: Structure) -> str:
     return "possible" if any(effect.fact == TOTAL for effect in structure.effects) else "impossible"
+
+
+def _packets(structure: Structure) -> str:
+    """Return the fragment that hands out packets to work-items."""
+    for effect in structure.effects:
+        if effect.layers:
+            return f"effects/{effect.name}.cl"
+    return "parks.cl" if structure.parks else "parks_never.cl"
 
 
 def _banner(structure: Structure) -> str:
@@ -106,6 +114,8 @@ def _lens_numbers(structure: Structure) -> Iterator[str]:
 
 def _effect_files(structure: Structure) -> Iterator[str]:
     for effect in structure.effects:
+        if effect.layers:  # whose fragment hands out packets
+            continue
         yield from (f"{effect.name}_{getattr(structure, attribute)}" for attribute in effect.by)
         yield effect.name
 

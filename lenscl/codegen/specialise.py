@@ -90,6 +90,11 @@ class Structure:
         return tuple(dict.fromkeys(name for effect in self.effects for name in effect.carries))
 
     @property
+    def layered(self) -> bool:
+        """Whether rays are traced by several sets of a scene's numbers in one launch, a layer of the arrays each."""
+        return any(effect.layers for effect in self.effects)
+
+    @property
     def lens_reads(self) -> tuple[tuple[str, int], ...]:
         """The attributes of a lens that the effects read, and how many numbers each is."""
         return tuple(dict.fromkeys(one for effect in self.effects for one in effect.reads))

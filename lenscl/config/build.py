@@ -7,18 +7,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any, Literal, TypeVar, cast
 
 from pydantic import ValidationError
 
 from lenscl.config.checks import LONGEST, SHORTEST, Box, Vec3
-from lenscl.config.problems import MOST_PROBLEMS, from_pydantic, nearest, short, study_error, unknown_key
+from lenscl.config.problems import MOST_PROBLEMS, as_plain, from_pydantic, nearest, short, study_error, unknown_key
 from lenscl.config.scene import Effects, Film, Frozen, Lens, Numerics, Picture, Scene, Source
 from lenscl.config.tables import (
     MOST_LENSES,
-    PLANNED_EFFECTS,
     FilmTable,
     LensTable,
     MediumTable,
@@ -30,6 +29,7 @@ from lenscl.config.tables import (
 from lenscl.effects import EFFECTS, Value
 from lenscl.errors import LensclError
 from lenscl.lenses import Surface, catalogue, surface, user_surface
+from lenscl.materials import index_problems
 
 T = TypeVar("T", bound=Table)
 Report = Callable[[str], None]  # takes one problem, led by its key
@@ -76,7 +76,7 @@ def read_scene(document: Mapping[str, Any], problems: list[str]) -> Scene | None
         return None
     if len(problems) > before:
         return None
-    return Scene(
+    scene = Scene(
         source=Source(kind=cast(Literal["point", "parallel"], source.kind), at=source.at, direction=source.direction),
         film=Film(**_screen(film)),
         picture=Picture(
@@ -91,6 +91,19 @@ def read_scene(document: Mapping[str, Any], problems: list[str]) -> Scene | None
         effects=effects,
         numerics=numerics,
     )
+    _check_indices(scene, lens_prefixes(document["lens"]), report)
+    return None if len(problems) > before else scene
+
+
+def _check_indices(scene: Scene, prefixes: list[str], report: Report) -> None:
+    """Report the materials of which the index is not known at a wavelength that the scene is traced at."""
+    materials = {"medium.n": scene.medium}
+    materials |= {f"{at}.n": lens.material for at, lens in zip(prefixes, scene.lenses, strict=True)}
+    asks = f"effects.dispersion = {short(scene.effects['dispersion'])} needs it there"
+    for key, material in materials.items():
+        found = [problem for nm in scene.wavelengths for problem in index_problems(material.index, nm)]
+        if found:
+            report(f"{key}: {found[0]}; {asks}: give data that reach so far, or one number, or leave the effect out")
 
 
 def read_table(model: type[T], document: Mapping[str, Any], at: str, report: Report) -> T | None:
@@ -173,31 +186,26 @@ def _read_effects(document: Mapping[str, Any], report: Report) -> Effects:
     asked: dict[str, Value] = {key: effect.default for key, effect in EFFECTS.items()}
     for key, value in table.items():
         if key in EFFECTS:
-            choices = EFFECTS[key].choices
-            value = int(value) if isinstance(value, float) and value.is_integer() else value
-            if not any(type(value) is type(choice) and value == choice for choice in choices):
+            choices, numbers = EFFECTS[key].choices, EFFECTS[key].numbers
+            value = _counted(value) if numbers else value
+            if not EFFECTS[key].takes(value):
                 words = [choice for choice in choices if isinstance(choice, str)]
                 hint = nearest(value, words) if isinstance(value, str) and words else ""
-                listed = " or ".join(_listed(choices))
+                listed = " or ".join(short(choice) for choice in choices)
+                listed += f" or a whole number from {numbers[0]} to {numbers[1]}" if numbers else ""
                 hint = hint if "did you mean" in hint else ""
                 report(f"effects.{key}: must be {listed}, got {short(value)}{hint}")
             else:
                 asked[key] = value
-        elif key in PLANNED_EFFECTS:
-            # What asks for nothing is no request, so it needs no support
-            if not any(type(value) is type(idle) and value == idle for idle in PLANNED_EFFECTS[key]):
-                report(f"effects.{key}: {short(value)} is not available in this version; leave the key out")
         else:
-            report(unknown_key("effects", key, (*EFFECTS, *PLANNED_EFFECTS)))
+            report(unknown_key("effects", key, tuple(EFFECTS)))
     return Effects(asked)
 
 
-def _listed(choices: tuple[Value, ...]) -> Iterator[str]:
-    """Yield the values of a key in words, whole numbers as the range that they are."""
-    numbers = [choice for choice in choices if type(choice) is int]
-    if numbers:
-        yield f"a whole number from {min(numbers)} to {max(numbers)}"
-    yield from (short(choice) for choice in choices if type(choice) is not int)
+def _counted(value: Any) -> Any:
+    """Return 8.0 as 8, as other whole numbers of a study may be written, and anything else as it is."""
+    value = as_plain(value)
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def _read_lenses(document: Mapping[str, Any], problems: list[str]) -> list[Lens]:

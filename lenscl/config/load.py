@@ -73,6 +73,10 @@ def parse_text(text: str, where: str = "study") -> dict[str, Any]:
     """
     if len(text) > MOST_BYTES:
         raise study_error([f"{where}: is larger than {MOST_BYTES} characters; a study is not"])
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:  # half of a pair of surrogates, which no file holds
+        raise study_error([f"{where}: is not Unicode text (character {error.start + 1})"]) from None
     # A quoted part may hold anything, dots and spaces too, so each counts as one letter
     if _LONG_KEY.search(_OPAQUE.sub("q", text)):
         raise study_error([f"{where}: has a key of more than {_MOST_PARTS} parts; a study's keys are shorter"])

@@ -13,9 +13,9 @@ from typing import Any, Generic, Literal, TypeVar, cast
 
 from lenscl.config.accuracy import Accuracy
 from lenscl.config.checks import Box, Vec3
-from lenscl.effects import Fact, Value
+from lenscl.effects import Fact, Value, wavelengths_of
 from lenscl.lenses import Surface
-from lenscl.materials import Material
+from lenscl.materials import Constant, Material
 
 V = TypeVar("V")
 
@@ -185,6 +185,33 @@ class Scene:
         """Refractive index between the lenses, at the d line."""
         return self.medium.n
 
+    @property
+    def wavelengths(self) -> tuple[float, ...]:
+        """The wavelengths in nm that `effects.dispersion` asks for; none where light is of the d line alone."""
+        return wavelengths_of(self.effects["dispersion"])
+
+    def at_wavelength(self, wavelength_nm: float) -> Scene:
+        """Return the scene in light of one wavelength: every index a number, and dispersion off.
+
+        Raises
+        ------
+        StudyError
+            If a material has no index there.
+        """
+        lenses = tuple(replace(lens, material=_at(lens.material, wavelength_nm)) for lens in self.lenses)
+        return replace(self._undispersed(), medium=_at(self.medium, wavelength_nm), lenses=lenses)
+
+    def layers(self) -> tuple[Scene, ...]:
+        """Return the scene at each of its wavelengths; itself, alone, where it has none."""
+        return tuple(self.at_wavelength(nm) for nm in self.wavelengths) or (self,)
+
+    def at_d_line(self) -> Scene:
+        """Return the scene in light of the d line alone; itself where it has no wavelengths."""
+        return self._undispersed() if self.wavelengths else self
+
+    def _undispersed(self) -> Scene:
+        return replace(self, effects=Effects({**self.effects, "dispersion": False}))
+
     def blocks(self, number: int) -> bool:
         """Return whether a lens lets no light in: it is opaque, and absorption is not switched off."""
         return self.lenses[number].absorbs and self.effects["absorption"] is not False
@@ -251,6 +278,14 @@ class Scene:
 
 def _times(factor: float, v: Vec3) -> Vec3:
     return factor * v[0], factor * v[1], factor * v[2]
+
+
+def _at(material: Material, wavelength_nm: float) -> Material:
+    if isinstance(material.index, Constant):
+        return material
+    what = material.name or "an index"
+    source = f"{what} at {wavelength_nm:g} nm: {material.source}"
+    return Material(name=None, index=Constant(material.index.at(wavelength_nm)), source=source)
 
 
 def _written(material: Material) -> Any:

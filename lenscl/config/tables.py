@@ -25,14 +25,10 @@ from lenscl.config.checks import (
     Vector,
     Wanted,
 )
-from lenscl.effects import EFFECTS
+from lenscl.effects import EFFECTS, Effect
 from lenscl.materials import material
 from lenscl.methods import METHODS
 
-# Effects of the study format that this version may lack, with the values that ask for nothing
-PLANNED_EFFECTS: dict[str, tuple[object, ...]] = {
-    "dispersion": (False,),
-}
 FORMATS = ("png", "jpg", "tif", "exr")
 MODES = ("grid", "latin", "halton", "sobol", "random")
 MOST_EVENTS = 255
@@ -180,8 +176,7 @@ def study_schema() -> dict[str, Any]:
     properties["effects"] = {
         "type": "object",
         "additionalProperties": False,
-        "properties": {key: {"enum": list(effect.choices)} for key, effect in EFFECTS.items()}
-        | {key: {"enum": list(idle)} for key, idle in PLANNED_EFFECTS.items() if key not in EFFECTS},
+        "properties": {key: _effect_schema(effect) for key, effect in EFFECTS.items()},
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -191,6 +186,14 @@ def study_schema() -> dict[str, Any]:
         "additionalProperties": False,
         "properties": {key: properties[key] for key in TOP_KEYS if key in properties} | {"sweep": _sweep_schema()},
     }
+
+
+def _effect_schema(effect: Effect) -> dict[str, Any]:
+    words = {"enum": list(effect.choices)}
+    if effect.numbers is None:
+        return words
+    low, high = effect.numbers
+    return {"anyOf": [words, {"type": "integer", "minimum": low, "maximum": high}]}
 
 
 def _schema(table: type[Table]) -> dict[str, Any]:

@@ -24,11 +24,14 @@ from lenscl.effects.registry import (
     Variant,
     called,
 )
+from lenscl.effects.wavelengths import BAND, RGB_LINES, wavelengths_of
 
 __all__ = [
+    "BAND",
     "EDGE_SAMPLES",
     "EFFECTS",
     "MOST_SAMPLES",
+    "RGB_LINES",
     "TOTAL",
     "Effect",
     "Fact",
@@ -37,4 +40,5 @@ __all__ = [
     "Value",
     "Variant",
     "called",
+    "wavelengths_of",
 ]

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal
+from typing import Literal, TypeGuard
+
+from lenscl.effects import wavelengths
 
 Value = str | int  # of a key in [effects]; true and false among them
 MOST_SAMPLES = 16  # rays a film pixel, each way
@@ -70,6 +72,10 @@ class Variant:
         kernels/effects/<name>_<value>.cl of each.
     needs : tuple of str
         The functions of every surface that it calls, beyond those of the search.
+    layers : bool
+        Whether every ray is traced once for each of several wavelengths, in one launch: a work-item reads the numbers
+        of its own one, arrays get a leading axis. Such a variant's fragment hands out the packets, in the place of
+        parks_never.cl; it has no hooks.
     """
 
     name: str
@@ -81,6 +87,7 @@ class Variant:
     fact: Fact | None = None
     by: tuple[Literal["source", "snell"], ...] = ()
     needs: tuple[Literal["hessian"], ...] = ()
+    layers: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,6 +110,10 @@ class Effect:
         The value whose variants "auto" takes, each where its fact holds; None where the key has no "auto".
     beside : str
         What it does beside the kernel, of which it then needs no part; empty where it is all in the kernel.
+    numbers : (int, int), optional
+        The least and the largest whole number that the key takes beside its words.
+    counted : tuple of Variant
+        What such a number asks for.
     """
 
     key: str
@@ -112,10 +123,12 @@ class Effect:
     can_be_off: bool = True
     auto: Value | None = None
     beside: str = ""
+    numbers: tuple[int, int] | None = None
+    counted: tuple[Variant, ...] = ()
 
     @property
     def choices(self) -> tuple[Value, ...]:
-        """The values its key takes."""
+        """The values its key takes, but for numbers."""
         off = (False,) if self.can_be_off else ()
         return (*off, *self.variants, *(("auto",) if self.auto is not None else ()))
 
@@ -123,9 +136,26 @@ class Effect:
         """Return the variants that a value calls for in a scene of which some facts hold."""
         if asked == "auto" and self.auto is not None:
             return tuple(one for one in self.variants[self.auto] if one.fact is None or one.fact in facts)
-        return self.variants.get(asked, ())
+        return self.asked_for(asked)
+
+    def asked_for(self, value: Value) -> tuple[Variant, ...]:
+        """Return the variants that a value asks for, whatever holds of the scene."""
+        if value == "auto" and self.auto is not None:
+            value = self.auto
+        return self.counted if _is_number(value) else self.variants.get(value, ())
+
+    def takes(self, value: object) -> bool:
+        """Return whether the key takes a value."""
+        if _is_number(value):
+            return self.numbers is not None and self.numbers[0] <= value <= self.numbers[1]
+        return any(value is choice or (isinstance(choice, str) and value == choice) for choice in self.choices)
 
 
+def _is_number(value: object) -> TypeGuard[int]:
+    return isinstance(value, int) and not isinstance(value, bool)  # True == 1, but does not count
+
+
+_WAVELENGTHS = (Variant(name="dispersion", steers=True, hooks=(), layers=True),)
 _TRANSMITTANCE = Output(
     name="transmittance",
     members=("transmittance",),
@@ -201,6 +231,14 @@ _ROWS = (
         },
     ),
     Effect(
+        key="dispersion",
+        model="an index for each wavelength, by the materials' formulas",
+        default=False,
+        variants={"rgb": _WAVELENGTHS},
+        numbers=(wavelengths.FEWEST, wavelengths.MOST),
+        counted=_WAVELENGTHS,
+    ),
+    Effect(
         key="path_length",
         model="the sum of index times length along the ray",
         default=False,
@@ -251,7 +289,8 @@ _ROWS = (
         key="antialias",
         model="the mean of n x n rays a film pixel, in linear light; or only where neighbours differ",
         default=1,
-        variants={**dict.fromkeys(range(1, MOST_SAMPLES + 1), ()), "edges": ()},
+        variants={"edges": ()},
+        numbers=(1, MOST_SAMPLES),
         can_be_off=False,
         beside="more rays of the same kernel",
     ),

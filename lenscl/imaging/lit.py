@@ -28,6 +28,10 @@ class LightingMap(PaintableMap, Protocol):
     def caustic(self) -> Any:
         """A `lenscl.tracing.Caustic`, or None."""
 
+    @property
+    def wavelengths(self) -> NDArray[np.float64]:
+        """In nm, where the map has several."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Above:
@@ -44,11 +48,15 @@ def painter_of(raymap: LightingMap) -> Painter:
     if raymap.caustic is None:
         return Painter(raymap)
     irradiance: NDArray[np.float64] = raymap.caustic.irradiance
-    rows, columns = irradiance.shape
+    rows, columns = irradiance.shape[-2:]
     s, t = np.meshgrid((np.arange(columns) + 0.5) / columns, (np.arange(rows) + 0.5) / rows)
     st = np.stack([s, t], axis=-1).astype(raymap.st.dtype)
     status = np.full(irradiance.shape, RayStatus.PICTURE, np.uint8)
-    return Painter(_Above(st, status, raymap.device, {"transmittance": irradiance}))
+    added = {"transmittance": irradiance}
+    if irradiance.ndim == 3:  # each wavelength lights the picture by itself
+        st = np.broadcast_to(st, (*irradiance.shape, 2))
+        added["wavelengths"] = raymap.wavelengths
+    return Painter(_Above(st, status, raymap.device, added))
 
 
 def light(

@@ -78,8 +78,9 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
         caustic.ends and caustic.shares, see `lenscl.tracing.Caustic`. An EXR has what effects add to each pixel as
         further channels: transmittance, path_length, transmission.R, .G, .B, jacobian.ds_drow, .ds_dcolumn, .dt_drow,
         .dt_dcolumn (of t, not of G), magnification, fold. It has one place a pixel, and so leaves out the samples; and
-        the irradiance, which is not on the film. The seconds are left out. An EXR carries `scene_toml` among its
-        parameters.
+        the irradiance, which is not on the film. A map of several wavelengths is written as `.npz`
+        alone: an ST map says of a pixel one place, not one for each. The seconds are left out. An EXR carries
+        `scene_toml` among its parameters.
     error : float64 array, shape (rows, columns), optional
         Bounds on the error of (s, t), -1 where there is none; in an `.npz` the array `error`. The EXR's channel `error`
         bounds the error of its own numbers: what R and G lose as float32 is added, and it is rounded up.
@@ -90,6 +91,8 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
         If the suffix is another, or the file cannot be written.
     """
     file = Path(path)
+    if "wavelengths" in raymap.added:
+        refuse_wavelengths(file)
     scene_toml: str = raymap.scene.to_toml()
     match file.suffix.lower():
         case ".exr":
@@ -103,6 +106,15 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
             _write_npz(file, raymap, scene_toml, {} if error is None else {"error": error})
         case other:
             raise ImageError(f"{file}: a ray map is written as .exr (an ST map) or .npz (numpy arrays), not {other!r}")
+
+
+def refuse_wavelengths(path: str | PathLike[str]) -> None:
+    """Raise where a map of several wavelengths is to be written as a format that holds one."""
+    if Path(path).suffix.lower() == ".exr":
+        raise ImageError(
+            f"{path}: an ST map holds one wavelength, and effects.dispersion asks for several; write the map as .npz, "
+            "or set effects.dispersion = false for the d line's"
+        )
 
 
 def _st_map(raymap: WritableMap) -> NDArray[np.float32]:

@@ -114,5 +114,8 @@ def _source(dtype_name: str, channels: int, encoding: Encoding, is_pyramid: bool
         "CHANNELS": channels,
         **light_head(dtype),
     }
-    levels = ("paint_picture.cl", PYRAMID) if is_pyramid else ()
+    levels: tuple[str, ...] = ()
+    if is_pyramid:
+        head["PLACE"] = "float"  # of which it takes none
+        levels = ("paint_picture.cl", PYRAMID)
     return text_of(head, (*light_parts(dtype, channels, encoding), *levels, "paint_mean.cl"))

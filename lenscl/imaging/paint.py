@@ -6,7 +6,8 @@ point: nothing is averaged where the lens makes the picture smaller, unless the 
 is the mean over the parallelogram that it covers on the picture, to first order; where that is no longer than half a
 picture pixel the two are the same. Where the map has samples of a pixel, it is their mean (`lenscl.imaging.mean`).
 Where the map says how much light gets through, its colours are dimmed by that, in linear light; alpha is not, nor is
-the colour outside.
+the colour outside. Where the map has several wavelengths, each shows its share of the picture at its own place
+(`spectrum`, `dispersed`): as many launches.
 
 Alpha is the last of 2 or 4 channels. Integers carry straight alpha and are mixed multiplied by it, so that no hidden
 colour shows; floats carry colour already multiplied (associated), as EXR does. Floats are never cut off; integers are
@@ -16,6 +17,7 @@ held within their range, where a bicubic mix can overshoot.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal, Protocol, TypeAlias, cast, get_args
 
@@ -24,15 +26,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from lenscl.device import Buffer, Device, Program
 from lenscl.errors import StudyError
+from lenscl.imaging.dispersed import LUMINANCE, layers_of, light_from, mixed, pixels_from
 from lenscl.imaging.encoding import DTYPES, Encoding, encode_table, encoding_of, full_scale
 from lenscl.imaging.light import BITS, PYRAMID, light_head, light_parts, lighten, text_of
 from lenscl.imaging.mean import Means, SampledPixels, parts
+from lenscl.imaging.spectrum import spectral_matrices
 from lenscl.status import RayStatus
 
 Filter: TypeAlias = Literal["nearest", "bilinear", "bicubic"]
 
 _CHANNELS = (1, 2, 3, 4)
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of sRGB's primaries: IEC 61966-2-1:1999, for pictures without colour
 
 
 class PaintableMap(Protocol):
@@ -51,14 +54,28 @@ class PaintableMap(Protocol):
         """The device to paint on."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Ready:
+    """A picture on a device and the program that paints it, with what more is asked."""
+
+    program: Program
+    picture: NDArray[Any]
+    pixels: Buffer
+    light: Buffer
+    outside: NDArray[Any]
+    filter: Filter
+    curve: Encoding
+
+
 class Painter:
     """A ray map held on its device, ready to paint any number of pictures.
 
     Parameters
     ----------
     raymap : RayMap
-        Of it only `st`, `status`, `device` and, where its scene asks for them, `samples`, `transmittance`,
-        `transmission` and `jacobian` are read. Samples stay on the host, and pass through the device part by part.
+        Of it only `st`, `status`, `device` and, where its scene asks for them, `samples`, `wavelengths`,
+        `transmittance`, `transmission` and `jacobian` are read. Samples stay on the host, and pass through the device
+        part by part.
 
     Examples
     --------
@@ -69,6 +86,10 @@ class Painter:
     """
 
     def __init__(self, raymap: PaintableMap) -> None:
+        self._layers = [Painter(layer) for layer in layers_of(raymap)]
+        if self._layers:
+            self._matrices = spectral_matrices(cast(Any, raymap).added["wavelengths"])
+            return
         self._shape: tuple[int, int] = raymap.status.shape[:2]
         self._double_places = raymap.st.dtype == np.float64
         self._device = raymap.device
@@ -80,6 +101,11 @@ class Painter:
         self._footprints = [] if jacobian is None else [raymap.device.upload(jacobian.astype(raymap.st.dtype))]
         self._samples: SampledPixels | None = getattr(raymap, "samples", None)
 
+    @property
+    def has_wavelengths(self) -> bool:
+        """Whether the map has several wavelengths, so that greys may get colours."""
+        return bool(self._layers)
+
     def paint(
         self,
         pixels: NDArray[Any],
@@ -89,37 +115,51 @@ class Painter:
         outside: ArrayLike = 0,
     ) -> NDArray[Any]:
         """Return the picture seen through the film; see `paint`."""
-        picture = _as_picture(pixels)
-        channels = picture.shape[2]
-        filter_name, curve = _filter_of(filter), encoding_of(picture.dtype, encoding)
-        source = self._source(picture.dtype, channels, filter_name, curve)
-        device = self._device
-        if "double" in source and not device.has_double:
-            raise StudyError([f"pixels: {device.label} has no double precision; give the picture as float32"])
-        program = device.build(source, kind="paint")
-
-        outside_colour = _outside_colour(outside, picture.dtype, channels)
-        outside_there, pixels_there = device.upload(outside_colour), device.upload(picture)
-        light_there = pixels_there
-        has_footprints = bool(self._footprints)
-        if filter_name != "nearest" or self._weights is not None or has_footprints:
-            light_there = lighten(program, picture, pixels_there, is_pyramid=has_footprints)
-        painted_there = self._painted(program, picture.shape, picture.dtype, (pixels_there, light_there, outside_there))
-        if self._samples is not None:
-            means = Means(device, picture, pixels_there, outside_colour, curve, is_pyramid=has_footprints)
-            for part in parts(self._samples, device):
-                painter = Painter(part)
-                text = painter._source(means.dtype, channels, filter_name, "linear")
-                seen = (means.light, means.light, means.outside)
-                light = painter._painted(device.build(text, kind="paint"), picture.shape, means.dtype, seen)
-                means.write(part, light, painted_there)
-        painted = np.empty((*self._shape, channels), picture.dtype)
-        device.download(painted_there, painted)
+        picture, filter_name = _as_picture(pixels), _filter_of(filter)
+        curve = encoding_of(picture.dtype, encoding)
+        colour = _outside_colour(outside, picture.dtype, picture.shape[2])
+        if self._layers:
+            ready = self._layers[0]._ready(light_from(picture, curve), filter_name, "linear", light_from(colour, curve))
+            seen = mixed((layer._whole(ready) for layer in self._layers), self._matrices)
+            painted = pixels_from(seen, picture.dtype, curve)
+        else:
+            painted = self._whole(self._ready(picture, filter_name, curve, colour))
         return painted if pixels.ndim == 3 else painted[..., 0]
 
-    def _source(self, dtype: np.dtype[Any], channels: int, filter_name: Filter, encoding: Encoding) -> str:
+    def _ready(self, picture: NDArray[Any], filter_name: Filter, curve: Encoding, outside: NDArray[Any]) -> _Ready:
+        """Return a picture on the device, for this map and others of its kind."""
+        program = self._program(picture.dtype, picture.shape[2], filter_name, curve)
+        pixels_there = self._device.upload(picture)
+        light_there = pixels_there
+        if filter_name != "nearest" or self._weights is not None or self._footprints:
+            light_there = lighten(program, picture, pixels_there, is_pyramid=bool(self._footprints))
+        return _Ready(program, picture, pixels_there, light_there, outside, filter_name, curve)
+
+    def _program(self, dtype: np.dtype[Any], channels: int, filter_name: Filter, curve: Encoding) -> Program:
         is_weighted, has_footprints = self._weights is not None, bool(self._footprints)
-        return _source(dtype.name, channels, self._double_places, filter_name, encoding, is_weighted, has_footprints)
+        text = _source(dtype.name, channels, self._double_places, filter_name, curve, is_weighted, has_footprints)
+        if "double" in text and not self._device.has_double:
+            raise StudyError([f"pixels: {self._device.label} has no double precision; give the picture as float32"])
+        return self._device.build(text, kind="paint")
+
+    def _whole(self, ready: _Ready) -> NDArray[Any]:
+        """Return what a picture looks like, shape (rows, columns, C), the means of samples among it."""
+        device, picture = self._device, ready.picture
+        channels = picture.shape[2]
+        outside_there = device.upload(ready.outside)
+        seen = (ready.pixels, ready.light, outside_there)
+        painted_there = self._painted(ready.program, picture.shape, picture.dtype, seen)
+        if self._samples is not None:
+            is_pyramid = bool(self._footprints)
+            means = Means(device, picture, ready.pixels, ready.outside, ready.curve, is_pyramid=is_pyramid)
+            for part in parts(self._samples, device):
+                painter = Painter(part)
+                program = painter._program(means.dtype, channels, ready.filter, "linear")
+                seen = (means.light, means.light, means.outside)
+                means.write(part, painter._painted(program, picture.shape, means.dtype, seen), painted_there)
+        painted = np.empty((*self._shape, channels), picture.dtype)
+        device.download(painted_there, painted)
+        return painted
 
     def _painted(
         self,
@@ -168,7 +208,7 @@ class Painter:
         if self._weights is None:
             return []
         is_grey = channels < 3
-        weights = self._weights @ _LUMINANCE[:, np.newaxis] if is_grey else self._weights
+        weights = self._weights @ LUMINANCE[:, np.newaxis] if is_grey else self._weights
         return [self._device.upload(weights.astype(np.float64 if dtype.itemsize == 8 else np.float32))]
 
 
@@ -190,7 +230,9 @@ def paint(
         by what is left of the luminance of white. With `jacobian` each colour is the mean over the pixel's footprint:
         up to 16 x 16 places by the filter, on a pyramid of means where the footprint is 8 picture pixels wide or more
         than 16 long. Beyond the picture its edges go on; edges of the lens are not softened. A pixel with `samples` is
-        the mean of what they find, in linear light and each of the same weight, whatever its status.
+        the mean of what they find, in linear light and each of the same weight, whatever its status. With `wavelengths`
+        each of them adds its part of the light at its own place, outside likewise; alpha is the mean. Integers cut off
+        colours beyond sRGB, and a picture without colour gets the luminance alone: give it as RGB to see its fringes.
     pixels : array, shape (H, W, C) or (H, W)
         uint8, uint16, float16, float32 or float64; C = 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA. The picture and the
         result must each fit into one allocation of the device.

@@ -125,15 +125,16 @@ class Table:
 Index = Constant | Sellmeier | Cauchy | Table
 
 
-def index_problems(index: Index) -> Iterator[str]:
-    """Yield what keeps an index from being used in a study: its value at the d line must be known and in range."""
+def index_problems(index: Index, wavelength_nm: float = D_LINE) -> Iterator[str]:
+    """Yield what keeps an index from being used in a study: its value at the wavelength must be known and in range."""
     try:
-        n = index.at(D_LINE)
+        n = index.at(wavelength_nm)
     except StudyError as error:
         yield str(error)
         return
     if not LOWEST_N <= n <= HIGHEST_N:
-        yield f"must be an index from {LOWEST_N:g} to {HIGHEST_N:g}, got {n!r}"
+        where = "" if wavelength_nm == D_LINE else f" at {wavelength_nm:g} nm"
+        yield f"must be an index from {LOWEST_N:g} to {HIGHEST_N:g}, got {n!r}{where}"
 
 
 def _check_wavelength(wavelength_nm: float, valid: Range | None) -> None:

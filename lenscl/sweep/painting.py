@@ -32,13 +32,23 @@ def paint_as_told(
     The study's encoding, if it states one, stands in place of the one that the file claims. Its `picture.outside` is
     given as shares of full scale, 1 being white, so that it serves pictures of every depth; it becomes the nearest
     code.
+
+    A picture without colour becomes RGB where the map has several wavelengths, as its edges may get colours.
     """
     screen = scene.picture
     encoding = screen.encoding or picture.encoding
     outside = np.asarray(screen.outside, dtype=np.float64)
     if picture.pixels.dtype.kind == "u":
         outside = np.rint(outside * np.iinfo(picture.pixels.dtype).max)
-    painted = painter.paint(picture.pixels, filter=screen.filter, encoding=encoding, outside=outside)
+    pixels = _in_colour(picture.pixels) if painter.has_wavelengths else picture.pixels
+    painted = painter.paint(pixels, filter=screen.filter, encoding=encoding, outside=outside)
     if image_format == "exr" and painted.dtype.kind == "u":
         return light_of(painted, encoding), "linear"
     return painted, encoding
+
+
+def _in_colour(pixels: NDArray[Any]) -> NDArray[Any]:
+    """Return pixels (H, W, C) with three channels of colour; a grey's alpha stays behind them."""
+    if pixels.shape[2] > 2:
+        return pixels
+    return np.concatenate([np.repeat(pixels[..., :1], 3, axis=2), pixels[..., 1:]], axis=2)

@@ -62,13 +62,25 @@ def findings(scene: Scene, *, rays_given: bool = False) -> dict[Fact, Finding]:
     rays_given : bool
         Whether the rays are a caller's own, which may start anywhere; else they are those of the scene's film.
     """
-    found = {fact: finder(scene, rays_given) for fact, finder in _FINDERS.items()}
+    found = {fact: _found(finder, scene, rays_given) for fact, finder in _FINDERS.items()}
     return {
         fact: Finding(holds=True, why="another point of the study needs it")
         if fact in scene.facts and not one.holds
         else one
         for fact, one in found.items()
     }
+
+
+def _found(finder: Callable[[Scene, bool], Finding], scene: Scene, rays_given: bool) -> Finding:
+    """Return whether a fact holds at the d line or at any wavelength of a scene."""
+    here = finder(scene, rays_given)
+    if here.holds:
+        return here
+    for nm, layer in zip(scene.wavelengths, scene.layers(), strict=False):  # without wavelengths it is its own layer
+        one = finder(layer, rays_given)
+        if one.holds:
+            return replace(one, why=f"{one.why}, at {nm:g} nm")
+    return here
 
 
 def facts_of(scene: Scene, *, rays_given: bool = False) -> frozenset[Fact]:
@@ -98,7 +110,7 @@ def with_facts(scene: Scene, facts: frozenset[Fact]) -> Scene:
 
 def steering(scene: Scene) -> Scene:
     """Return the scene without the effects that only observe: its rays take the same paths, by a shorter kernel."""
-    asked = {key: EFFECTS[key].variants.get(value, ()) for key, value in scene.effects.items() if key in EFFECTS}
+    asked = {key: EFFECTS[key].asked_for(value) for key, value in scene.effects.items() if value != "auto"}
     idle = {key: False for key, some in asked.items() if some and not any(one.steers for one in some)}
     return replace(scene, effects=Effects({**scene.effects, **idle})) if idle else scene
 
@@ -108,17 +120,23 @@ def calls(scene: Scene, *, rays_given: bool = False) -> Iterator[Call]:
     found = findings(scene, rays_given=rays_given)
     for effect in EFFECTS.values():
         asked = scene.effects[effect.key]
-        variants = effect.variants.get(effect.auto if asked == "auto" and effect.auto is not None else asked, ())
+        variants = effect.asked_for(asked)
         if not variants:
             is_in = bool(effect.beside) and asked != effect.default
             why = f"asked for: {effect.beside}" if is_in else "not asked for"
             yield Call(effect=effect, variant=None, asked=asked, is_in=is_in, why=why)
         for variant in variants:
             if asked != "auto" or variant.fact is None:
-                yield Call(effect=effect, variant=variant, asked=asked, is_in=True, why="asked for")
+                why = _wavelengths(scene) if variant.layers else "asked for"
+                yield Call(effect=effect, variant=variant, asked=asked, is_in=True, why=why)
             else:
                 one = found[variant.fact]
                 yield Call(effect=effect, variant=variant, asked=asked, is_in=one.holds, why=one.why)
+
+
+def _wavelengths(scene: Scene) -> str:
+    low, high = min(scene.wavelengths), max(scene.wavelengths)
+    return f"asked for: {len(scene.wavelengths)} wavelengths from {low:g} to {high:g} nm, each traced"
 
 
 def _opaque(scene: Scene, _: bool) -> Finding:

@@ -150,13 +150,32 @@ def with_caustic(raymap: RayMap) -> RayMap:
     if not raymap.scene.effects["caustics"]:
         return raymap
     try:
-        return _lit(raymap)
+        if "wavelengths" not in raymap.added:
+            return _lit(raymap)
+        return _together_lit(raymap, [_lit(layer) for layer in raymap.layers()])
     except MemoryError as error:
         columns, rows = raymap.scene.picture.size
         raise TraceError(
             f"effects.caustics: there is no memory for light on {columns:,} x {rows:,} cells; "
             "use a smaller picture.size, or a smaller film"
         ) from error
+
+
+def _together_lit(raymap: RayMap, layers: list[RayMap]) -> RayMap:
+    """Return a map of several wavelengths with the light of all of them."""
+    caustics = [layer.caustic for layer in layers if layer.caustic is not None]
+    ends = caustics[0].shares
+    return replace(
+        raymap,
+        caustic=Caustic(
+            irradiance=np.stack([one.irradiance for one in caustics]),
+            flux=caustics[0].flux,
+            shares={end: float(np.mean([one.shares[end] for one in caustics])) for end in ends},
+            cut=sum(one.cut for one in caustics),
+        ),
+        trace_seconds=sum(layer.trace_seconds for layer in layers),
+        escalated=raymap.escalated + sum(layer.escalated - raymap.escalated for layer in layers),
+    )
 
 
 def _lit(raymap: RayMap) -> RayMap:

@@ -38,7 +38,7 @@ class Follower:
     Parameters
     ----------
     scene : Scene
-        With its method and precision.
+        With its method and precision; indices are those of the d line.
     device : Device
         Where to trace.
     kind : str
@@ -46,7 +46,7 @@ class Follower:
     """
 
     def __init__(self, scene: Scene, device: Device, kind: str = "follow") -> None:
-        self._job = Job.prepare(steering(scene), "given", "legs", None, None, device, kind=kind)
+        self._job = Job.prepare(steering(scene.at_d_line()), "given", "legs", None, None, device, kind=kind)
 
     @property
     def dtype(self) -> type[np.floating[Any]]:
@@ -75,7 +75,7 @@ class PixelFollower:
     Parameters
     ----------
     scene : Scene
-        With its method and precision.
+        With its method and precision; indices are those of the d line.
     row, column : int
         Of the film.
     device : Device
@@ -85,7 +85,7 @@ class PixelFollower:
     """
 
     def __init__(self, scene: Scene, row: int, column: int, device: Device, kind: str = "follow") -> None:
-        self._job = Job.prepare(steering(scene), scene.source.kind, "legs", None, None, device, kind=kind)
+        self._job = Job.prepare(steering(scene.at_d_line()), scene.source.kind, "legs", None, None, device, kind=kind)
         self._tile = row, column, 1, 1
 
     @property

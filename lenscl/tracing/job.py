@@ -21,7 +21,7 @@ from lenscl.errors import StudyError, TraceError
 from lenscl.methods import LAST_RESORT, Method
 from lenscl.status import RayStatus
 from lenscl.tracing.called import facts_of
-from lenscl.tracing.numbers import scene_numbers
+from lenscl.tracing.numbers import index_numbers, scene_numbers
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import RayPaths
 from lenscl.tracing.start import locate
@@ -44,7 +44,10 @@ class Job:
         self._seconds, self._escalated = 0.0, 0
         self.searches, self.steps = 0, 0  # where the structure counts them
         self._program = chosen.build(source.text, kind=kind)
-        self._numbers = chosen.upload(source.layout.pack(scene_numbers(scene, source), self.dtype))
+        # The scenes of one wavelength each, that are traced side by side; none where there are no layers
+        self.layers = scene.layers() if source.structure.layered else ()
+        self.wavelengths = scene.wavelengths if source.structure.layered else ()
+        self._numbers = self._packed(lambda numbers: numbers)
         added = [(output.name, len(output.members)) for output in source.structure.adds]
         self._shapes = {output.name: output.pixel_shape for output in source.structure.adds}
         self._arrays = (*_ARRAYS[source.structure.ends], *added)
@@ -78,20 +81,35 @@ class Job:
 
     def change_numbers(self, change: Callable[[Mapping[str, ArrayLike]], Mapping[str, ArrayLike]]) -> None:
         """Put other numbers in the place of the scene's; rays left undecided are traced with the scene's own."""
-        changed = change(scene_numbers(self.scene, self.source))
-        self._numbers = self.device.upload(self.source.layout.pack(changed, self.dtype))
+        self._numbers = self._packed(change)
+
+    def _packed(self, change: Callable[[Mapping[str, ArrayLike]], Mapping[str, ArrayLike]]) -> Buffer:
+        """Return the scene's numbers on the device, one set a layer."""
+        usual = scene_numbers(self.scene, self.source)
+        sets: list[Mapping[str, ArrayLike]]
+        sets = [{**usual, **index_numbers(layer)} for layer in self.layers] or [usual]
+        return self.device.upload(
+            np.concatenate([self.source.layout.pack(change(numbers), self.dtype) for numbers in sets])
+        )
 
     def empty_ends(self, rays: int) -> dict[str, NDArray[Any]]:
-        """Return arrays for the ends of so many rays, one row a ray."""
+        """Return arrays for the ends of so many rays, one row a ray, behind an axis of layers where there are any."""
+        shape = (len(self.layers), rays) if self.layers else (rays,)
         try:
             return {
-                name: np.empty((rays, *self._shapes.get(name, (n,))), self.dtype) if n else np.empty(rays, np.uint8)
+                name: np.empty((*shape, *self._shapes.get(name, (n,))), self.dtype) if n else np.empty(shape, np.uint8)
                 for name, n in self._arrays
             }
         except MemoryError as error:
+            many = f", {len(self.layers)} wavelengths each" if self.layers else ""
             raise TraceError(
-                f"film.size: there is no memory for the map of {rays:,} pixels; use a smaller film"
+                f"film.size: there is no memory for the map of {rays:,} pixels{many}; use a smaller film"
             ) from error
+
+    @property
+    def tile_pixels(self) -> int:
+        """How many rays a launch takes, so that those of all layers fit into one tile's memory."""
+        return _tile_pixels(max(1, len(self.layers)))
 
     def padded(self, array: NDArray[Any]) -> NDArray[Any]:
         """Return rows repeated at the end up to whole packets."""
@@ -102,7 +120,7 @@ class Job:
         """Trace the ray of every film pixel; return the ends, row by row."""
         film = self.scene.film
         ends = self.empty_ends(film.rows * film.columns)
-        for row, column, columns, first, count in tiles(film.rows, film.columns):
+        for row, column, columns, first, count in tiles(film.rows, film.columns, max(1, len(self.layers))):
             self.run(ends, (row, column, columns, count), first, ())
         return ends
 
@@ -113,9 +131,13 @@ class Job:
         count, width = tile[3], self.source.structure.width
         packets = -(-count // width)
         for name, numbers in self._arrays:
-            nbytes = packets * width * (numbers * np.dtype(self.dtype).itemsize or 1)
+            nbytes = max(1, len(self.layers)) * packets * width * (numbers * np.dtype(self.dtype).itemsize or 1)
             if name not in self._buffers or self._buffers[name].nbytes < nbytes:
                 self._buffers[name] = self.device.empty(nbytes)
+        if self.layers:
+            self._launch(tile, packets, [*rays, np.int32(len(self.layers))])
+            self._download_layers(ends, slice(first, first + count), packets * width)
+            return
         parking = _Parking(self.device, self.source.structure, packets) if self.source.structure.parks else None
         self._launch(tile, packets, [*rays, *(parking.arguments(False) if parking else ())])
         for name, _ in self._arrays:
@@ -131,10 +153,17 @@ class Job:
             self.device.download(self._buffers[name], part)
             array[first + places] = part
 
+    def _download_layers(self, ends: dict[str, NDArray[Any]], part: slice, padded: int) -> None:
+        """Take what a launch made of a part of the rays, of every layer so many rows."""
+        for name, array in ends.items():
+            whole = np.empty((len(self.layers), padded, *array.shape[2:]), array.dtype)
+            self.device.download(self._buffers[name], whole)
+            array[:, part] = whole[:, : part.stop - part.start]
+
     def _launch(self, tile: tuple[int, int, int, int], packets: int, inputs: Sequence[Any]) -> None:
         outputs = [self._buffers[name] for name, _ in self._arrays]
         most = np.int32(self.max_events)
-        items = -(-packets // self.source.structure.run)
+        items = -(-packets // self.source.structure.run) * max(1, len(self.layers))
         counts = np.zeros((items, 2), np.uint32)  # searches and steps of a work-item
         counters = [self.device.upload(counts)] if self.source.structure.counts else []
         arguments = [self._numbers, np.array(tile, np.int32), most, *outputs, *inputs, *counters]
@@ -145,8 +174,19 @@ class Job:
 
     def decide(self, ends: dict[str, NDArray[Any]], rays_of: Callable[[NDArray[np.intp]], tuple[Any, Any]]) -> None:
         """Trace again, in the next precision that device and lenses allow, the rays that were left undecided."""
+        for layer, scene in enumerate(self.layers):
+            self._decide(scene, {name: array[layer] for name, array in ends.items()}, rays_of)
+        if not self.layers:
+            self._decide(self.scene, ends, rays_of)
+
+    def _decide(
+        self,
+        scene: Scene,
+        ends: dict[str, NDArray[Any]],
+        rays_of: Callable[[NDArray[np.intp]], tuple[Any, Any]],
+    ) -> None:
         undecided = np.flatnonzero(ends["status"] == RayStatus.UNDECIDED)
-        if not undecided.size or (next_job := self._more_precise()) is None:
+        if not undecided.size or (next_job := self._more_precise(scene)) is None:
             return
         points, vectors = rays_of(undecided)
         goes = vectors.any(axis=1)  # a film pixel on the source has no direction
@@ -154,12 +194,15 @@ class Job:
         again = decided_ends(next_job, points[goes], unit_vectors(vectors[goes]))
         for name, array in ends.items():
             array[undecided] = again[name]
-        self._escalated = len(undecided)
+        self._escalated += len(undecided)
         self._seconds += next_job._seconds
 
-    def _more_precise(self) -> Job | None:
-        """Return the job of the next precision: double after single and mixed, then twice that where lenses have it."""
-        scene = self.scene.replace({"numerics.precision": "double"})
+    def _more_precise(self, scene: Scene) -> Job | None:
+        """Return the job of the next precision: double after single and mixed, then twice that where lenses have it.
+
+        The scene is this job's own, or of one layer.
+        """
+        scene = scene.replace({"numerics.precision": "double"})
         source = self.source.structure
         structure = structure_of(scene, "given", source.ends, self.device) if self.device.has_double else None
         if source.precision == "double":
@@ -172,6 +215,21 @@ class Job:
             assert structure is not None
             structure = replace(structure, methods=methods_now)
         return None if structure is None else Job(scene, codegen.kernel_source(structure), self.device, self.kind)
+
+    def result(self, ends: dict[str, NDArray[Any]], *shape: int) -> dict[str, Any]:
+        """Return the fields of a result, its rays in another shape: the ends, and how they were made."""
+        layers = (len(self.layers),) if self.layers else ()
+        leading = 1 + len(layers)
+        arrays = {name: array.reshape(*layers, *shape, *array.shape[leading:]) for name, array in ends.items()}
+        own = {name for some in _ARRAYS.values() for name, _ in some}
+        added = {name: array for name, array in arrays.items() if name not in own}
+        if layers:
+            added["wavelengths"] = np.array(self.wavelengths)
+        return {
+            **{name: array for name, array in arrays.items() if name in own},
+            "added": Frozen(added),
+            **self.record(),
+        }
 
     def record(self) -> dict[str, Any]:
         """Return what a result says of how it was made."""
@@ -210,7 +268,7 @@ class _Parking:
 
 def traced_rays(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> RayPaths:
     """Return the paths of given rays: points and unit directions, shape (N, 3)."""
-    return RayPaths(**named(shaped(decided_ends(job, points, units), len(points))), **job.record())
+    return RayPaths(**job.result(decided_ends(job, points, units), len(points)))
 
 
 def decided_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
@@ -224,8 +282,8 @@ def given_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]
     """Return the ends of given rays as they were traced first; what was left undecided is so still."""
     inside, on = locate(job.scene, points)
     ends = job.empty_ends(len(points))
-    for first in range(0, len(points), _TILE_PIXELS):
-        part = slice(first, first + _TILE_PIXELS)
+    for first in range(0, len(points), job.tile_pixels):
+        part = slice(first, first + job.tile_pixels)
         count = len(points[part])
         arrays = [points[part].astype(job.dtype), units[part].astype(job.dtype), inside[part], on[part]]
         job.run(ends, (0, first, count, count), first, [job.device.upload(job.padded(array)) for array in arrays])
@@ -278,17 +336,19 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
             'set precision = "single", or choose another of `lenscl devices` by LENSCL_DEVICE'
         )
     width = chosen.width(codegen.carried(numerics.precision))
+    called = effects.called(scene.effects, facts_of(scene, rays_given=rays == "given"))
     return Structure(
         lenses=tuple(lens.surface for lens in scene.lenses),
         rays=rays,
         ends=ends,
         methods=methods_of(scene),
         snell=numerics.snell,
-        effects=effects.called(scene.effects, facts_of(scene, rays_given=rays == "given")),
+        effects=called,
         precision=numerics.precision,
         width=width,
         run=chosen.run,
-        parks=chosen.run > 1 and width >= _ALMOST_ALONE,
+        # Rays of several wavelengths have no packet in common
+        parks=chosen.run > 1 and width >= _ALMOST_ALONE and not any(effect.layers for effect in called),
         source=scene.source.kind,
     )
 
@@ -306,16 +366,8 @@ def _check_steps(scene: Scene, structure: Structure) -> None:
         )
 
 
-def shaped(arrays: dict[str, NDArray[Any]], *shape: int) -> dict[str, Any]:
-    """Return arrays of one row a ray with the rays in another shape."""
-    return {name: array.reshape(*shape, *array.shape[1:]) for name, array in arrays.items()}
-
-
-def named(arrays: dict[str, NDArray[Any]]) -> dict[str, Any]:
-    """Return arrays as fields of a result: those that effects add are `added`."""
-    own = {name for ends in _ARRAYS.values() for name, _ in ends}
-    added = {name: array for name, array in arrays.items() if name not in own}
-    return {**{name: array for name, array in arrays.items() if name in own}, "added": Frozen(added)}
+def _tile_pixels(layers: int) -> int:
+    return _TILE_PIXELS // layers
 
 
 def tiles(rows: int, columns: int, each: int = 1) -> Iterator[tuple[int, int, int, int, int]]:
@@ -323,7 +375,7 @@ def tiles(rows: int, columns: int, each: int = 1) -> Iterator[tuple[int, int, in
 
     `each` is how many rays a pixel has.
     """
-    most = _TILE_PIXELS // each
+    most = _tile_pixels(each)
     if columns > most:
         for row in range(rows):
             for column in range(0, columns, most):

@@ -52,10 +52,11 @@ class Nudge:
 def trace_to_judge(
     scene: Scene, points: Array, units: Array, device: Device | str | None = None, nudge: Nudge | None = None
 ) -> RayPaths:
-    """Trace rays as `checked_rays` returns them in double, by method auto and the exact law.
+    """Trace rays as `checked_rays` returns them in double, by method auto and the exact law, at the d line.
 
     The program counts as one of kind "judge" in `compile_count`.
     """
+    scene = scene.at_d_line()
     exact = scene if scene.numerics.snell == "exact" else scene.replace({"numerics.snell": "exact"})
     job = Job.prepare(steering(exact), "given", "legs", "auto", "double", device, kind="judge")
     if nudge is not None:

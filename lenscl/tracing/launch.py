@@ -14,7 +14,7 @@ from lenscl.device import Device
 from lenscl.errors import TraceError
 from lenscl.tracing.called import steering
 from lenscl.tracing.film import film_rays
-from lenscl.tracing.job import Job, chosen_device, named, shaped, structure_of, traced_rays, unit_vectors
+from lenscl.tracing.job import Job, chosen_device, structure_of, traced_rays, unit_vectors
 from lenscl.tracing.raymap import RayMap, RayPaths
 
 _FARTHEST = 1e30  # scene units: as for picture coordinates; single precision ends at 3e38
@@ -29,20 +29,19 @@ def trace(
     an accuracy is refused unless `method` or `precision` is given. One ray a pixel is traced; `complete` adds more.
     """
 
-    def traced(ends: Literal["map", "legs"]) -> tuple[Job, dict[str, Any]]:
+    def traced(ends: Literal["map", "legs"]) -> dict[str, Any]:
         asked = scene if ends == "map" else steering(scene)  # of which only the legs are kept
         job = Job.prepare(asked, scene.source.kind, ends, method, precision, device)
         film = job.scene.film
         arrays = job.run_film()
         job.decide(arrays, lambda undecided: film_rays(job.scene, undecided))
-        return job, shaped(arrays, film.rows, film.columns)
+        return job.result(arrays, film.rows, film.columns)
 
     def legs() -> tuple[NDArray[Any], NDArray[Any]]:
-        _, arrays = traced("legs")
-        return arrays["origin"], arrays["direction"]
+        fields = traced("legs")
+        return fields["origin"], fields["direction"]
 
-    job, arrays = traced("map")
-    return RayMap(**named(arrays), legs=legs, **job.record())
+    return RayMap(**traced("map"), legs=legs)
 
 
 def trace_without(scene: Scene, variant: str, *, device: Device | str | None = None) -> RayMap:
@@ -54,7 +53,7 @@ def trace_without(scene: Scene, variant: str, *, device: Device | str | None = N
     job = Job.prepare(scene, scene.source.kind, "map", None, None, device, kind="ablation", without=variant)
     arrays = job.run_film()
     film = job.scene.film
-    return RayMap(**named(shaped(arrays, film.rows, film.columns)), legs=_no_legs, **job.record())
+    return RayMap(**job.result(arrays, film.rows, film.columns), legs=_no_legs)
 
 
 def _no_legs() -> tuple[NDArray[Any], NDArray[Any]]:

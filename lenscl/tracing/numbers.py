@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lenscl.codegen import EMPTY, KernelSource
-from lenscl.config import Film, Lens, Picture, Scene
+from lenscl.config import Film, Picture, Scene
 from lenscl.lenses import Vec3
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.start import locate
@@ -24,21 +24,24 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
         "film.corner": scene.film.corner,
         "film.column_step": np.asarray(scene.film.right, dtype=np.float64) / scene.film.columns,
         "film.row_step": np.asarray(scene.film.down, dtype=np.float64) / scene.film.rows,
-        "n_medium": scene.n_medium,
     }
     values |= _prefixed("source", _source(scene, source.structure.rays))
     values |= _prefixed("picture", picture_numbers(scene))
     values |= _prefixed("method", _method(scene, source.structure.reads()))
     for number, lens in enumerate(scene.lenses):
-        values |= _prefixed(f"lens_{number}", _lens(lens, scene.n_medium))
+        values |= _prefixed(f"lens_{number}", Placement.of(lens).numbers())
         values |= {f"lens_{number}.{name}": getattr(lens, name) for name, _ in source.structure.lens_reads}
         values |= _prefixed(f"shape_{number}", source.shape_values(number, lens.values))
+    return values | index_numbers(scene)
+
+
+def index_numbers(scene: Scene) -> dict[str, ArrayLike]:
+    """Return the values of the layout that hang on refractive indices, and so on the wavelength."""
+    values: dict[str, ArrayLike] = {"n_medium": scene.n_medium}
+    for number, lens in enumerate(scene.lenses):
+        indices = {"n": lens.n, "eta_in": scene.n_medium / lens.n, "eta_out": lens.n / scene.n_medium}
+        values |= _prefixed(f"lens_{number}", indices)
     return values
-
-
-def _lens(lens: Lens, n_medium: float) -> Mapping[str, ArrayLike]:
-    indices = {"n": lens.n, "eta_in": n_medium / lens.n, "eta_out": lens.n / n_medium}
-    return {**Placement.of(lens).numbers(), **indices}
 
 
 def picture_numbers(scene: Scene) -> Mapping[str, NDArray[np.float64]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -20,6 +20,7 @@ from lenscl.status import RayStatus
 
 _ADDED_BY = {
     effect.key: {output.name for some in effect.variants.values() for one in some for output in one.adds}
+    | {"wavelengths" for some in effect.variants.values() for one in some if one.layers}
     for effect in EFFECTS.values()
 } | {"caustics": {"irradiance"}}
 _ADDED_BY["footprint"] |= {"magnification", "fold"}  # made of its jacobian
@@ -28,6 +29,9 @@ _ADDED_BY["footprint"] |= {"magnification", "fold"}  # made of its jacobian
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Rays:
     """The ends of rays. Lengths are in scene units; real arrays have the precision traced (float32 or float64).
+
+    With `effects.dispersion` every array of rays has one more axis in front, of the K wavelengths: `st` is of shape
+    (K, ..., 2), and the attribute `wavelengths`, float64 of shape (K,), has them in nm.
 
     Attributes
     ----------
@@ -105,7 +109,7 @@ class _Rays:
         return determinant
 
     def counts(self) -> dict[RayStatus, int]:
-        """Return how many rays ended how; they sum to the rays."""
+        """Return how many rays ended how; they sum to the rays, those of all wavelengths counted."""
         counted = np.bincount(self.status.ravel(), minlength=len(RayStatus))
         return {status: int(counted[status]) for status in RayStatus}
 
@@ -118,7 +122,8 @@ def _area(right: Vec3, down: Vec3) -> float:
 class Samples:
     """More rays than the one through its centre, of all film pixels or of some: what `effects.antialias` adds.
 
-    They stand at the centres of `side` x `side` squares that make up the pixel, row by row.
+    They stand at the centres of `side` x `side` squares that make up the pixel, row by row. With `effects.dispersion`
+    the arrays of rays have an axis of wavelengths in front, and a pixel that one of those refines has them of all.
 
     Attributes
     ----------
@@ -139,6 +144,12 @@ class Samples:
     events: NDArray[np.uint8] = field(repr=False)
     added: Mapping[str, NDArray[Any]] = field(default=Frozen(), repr=False)
 
+    def layer(self, number: int) -> Samples:
+        """Return the samples of one wavelength, without that axis."""
+        added = {name: array[number] for name, array in self.added.items()}
+        rays = {name: getattr(self, name)[number] for name in ("st", "status", "events")}
+        return replace(self, **rays, added=Frozen(added))
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Caustic:
@@ -148,15 +159,17 @@ class Caustic:
     ----------
     irradiance : float64 array, shape (H, W)
         On the cells of `picture.size`, from above: 1 is what the source would send there, were there neither lenses nor
-        a film that lets only its own cone of light through; 0 where none of the cone gets to.
+        a film that lets only its own cone of light through; 0 where none of the cone gets to. With `effects.dispersion`
+        it has an axis of wavelengths in front.
     flux : float
         Light of the cone through the film: its solid angle in steradian, or for parallel light its area across.
     shares : mapping of str to float
         Where that light goes, which sums to 1: the statuses in lower case, and what is "reflected" and "absorbed" on
         the way where `fresnel` and `absorption` are compiled in. The light that gets to its end counts by the status
-        of its rays.
+        of its rays; of several wavelengths it is the mean.
     cut : int
-        Film pixels that were cut into smaller tubes, for the map is torn, folded or bent there.
+        Film pixels that were cut into smaller tubes, for the map is torn, folded or bent there; the sum over
+        wavelengths.
     """
 
     irradiance: NDArray[np.float64] = field(repr=False)
@@ -197,6 +210,31 @@ class RayMap(_Rays):
     def direction(self) -> NDArray[Any]:
         """Its unit direction."""
         return self._legs[1]
+
+    def layers(self) -> tuple[RayMap, ...]:
+        """Return the map of each wavelength as one without that axis; itself, alone, where it has none.
+
+        The scene of each is in light of its wavelength, `Scene.at_wavelength`, and none has a `caustic`. Each has its
+        share of the seconds, and counts in `escalated` the rays of all.
+        """
+        if "wavelengths" not in self.added:
+            return (self,)
+        scenes = self.scene.layers()
+        return tuple(self._layer(number, scene) for number, scene in enumerate(scenes))
+
+    def _layer(self, number: int, scene: Scene) -> RayMap:
+        return replace(
+            self,
+            st=self.st[number],
+            status=self.status[number],
+            events=self.events[number],
+            scene=scene,
+            trace_seconds=self.trace_seconds / len(self.status),
+            added=Frozen({name: array[number] for name, array in self.added.items() if name != "wavelengths"}),
+            samples=None if self.samples is None else self.samples.layer(number),
+            caustic=None,
+            legs=lambda: (self.origin[number], self.direction[number]),
+        )
 
     @cached_property
     def _legs(self) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -27,16 +27,17 @@ from numpy.typing import NDArray
 
 from lenscl import codegen
 from lenscl.config import Scene
+from lenscl.config.scene import Frozen
 from lenscl.effects import EDGE_SAMPLES
 from lenscl.errors import TraceError
 from lenscl.status import RayStatus
 from lenscl.tracing.film import film_rays
-from lenscl.tracing.job import Job, given_ends, named, tiles, unit_vectors
+from lenscl.tracing.job import Job, given_ends, tiles, unit_vectors
 from lenscl.tracing.raymap import RayMap, Samples
 
 _JUMP = 4.0  # times the steps around it: where places go like sqrt(x), as near a silhouette, it is at most 2.4
 _VISIBLE = 0.5  # pixels of the picture: smaller steps show no edge
-_TOGETHER = 2**20  # rays made on the host at a time
+_AT_A_TIME = 2**20  # rays made on the host at a time
 _LANDS = tuple(int(status) for status in RayStatus if status.lands)
 
 Array = NDArray[np.float64]
@@ -65,27 +66,45 @@ def with_samples(raymap: RayMap) -> RayMap:
 
 
 def _sampled(raymap: RayMap) -> RayMap:
-    asked = raymap.scene.effects["antialias"]
+    asked, layers = raymap.scene.effects["antialias"], raymap.layers()
     if asked == "edges":
-        pixels = np.flatnonzero(edges(raymap))
         side = EDGE_SAMPLES
-        job, ends = trace_given(
-            raymap,
-            lambda numbers: sample_rays(raymap.scene, numbers, side, pixels),
-            len(pixels) * side**2,
-            finer(raymap.scene, side),
-        )
+        pixels = np.flatnonzero(np.logical_or.reduce([edges(layer) for layer in layers]))
     else:
-        pixels = np.arange(raymap.status.size)
-        side, (job, ends) = int(asked), _every_pixel(raymap, int(asked))
-    arrays = {name: array.reshape(len(pixels), side**2, *array.shape[1:]) for name, array in ends.items()}
-    record = job.record()
+        side, pixels = int(asked), np.arange(layers[0].status.size)
+    traced = [_traced(layer, side, pixels, is_whole=asked != "edges") for layer in layers]
     return replace(
         raymap,
-        samples=Samples(side=side, pixels=pixels, **named(arrays)),
-        trace_seconds=raymap.trace_seconds + record["trace_seconds"],
-        escalated=raymap.escalated + record["escalated"],
+        samples=_together(raymap, side, pixels, traced),
+        trace_seconds=raymap.trace_seconds + sum(fields["trace_seconds"] for fields in traced),
+        escalated=raymap.escalated + sum(fields["escalated"] for fields in traced),
     )
+
+
+def _traced(layer: RayMap, side: int, pixels: NDArray[np.integer[Any]], *, is_whole: bool) -> dict[str, Any]:
+    """Return the fields of the samples of some pixels, or of all, of a map of one wavelength."""
+    if is_whole:
+        job, ends = _every_pixel(layer, side)
+    else:
+        job, ends = trace_given(
+            layer,
+            lambda numbers: sample_rays(layer.scene, numbers, side, pixels),
+            len(pixels) * side**2,
+            finer(layer.scene, side),
+        )
+    return job.result(ends, len(pixels), side**2)
+
+
+def _together(raymap: RayMap, side: int, pixels: NDArray[np.integer[Any]], traced: list[dict[str, Any]]) -> Samples:
+    """Return the samples of all wavelengths, with an axis of those in front where the map has one."""
+    has_axis = "wavelengths" in raymap.added
+
+    def stacked(arrays: list[NDArray[Any]]) -> NDArray[Any]:
+        return np.stack(arrays) if has_axis else arrays[0]
+
+    own = {name: stacked([fields[name] for fields in traced]) for name in ("st", "status", "events")}
+    added = {name: stacked([fields["added"][name] for fields in traced]) for name in traced[0]["added"]}
+    return Samples(side=side, pixels=pixels, **own, added=Frozen(added))
 
 
 def edges(raymap: RayMap) -> NDArray[np.bool_]:
@@ -178,11 +197,12 @@ def trace_given(
         Their ends, one row a ray. Where there was no ray the status is UNDECIDED.
     """
     # The kernel is the film's but for the start of a ray: what was proved of rays from the source holds for these
-    structure = replace(raymap.kernel.structure, rays="given")
+    whole = raymap.kernel.structure
+    structure = replace(whole, rays="given", effects=tuple(effect for effect in whole.effects if not effect.layers))
     job = Job(scene or raymap.scene, codegen.kernel_source(structure), raymap.device)
     ends = job.empty_ends(count)
-    for first in range(0, count, _TOGETHER):
-        numbers = np.arange(first, min(first + _TOGETHER, count))
+    for first in range(0, count, _AT_A_TIME):
+        numbers = np.arange(first, min(first + _AT_A_TIME, count))
         points, vectors = rays_of(numbers)
         goes = (vectors != 0).max(axis=1)
         part = given_ends(job, points, unit_vectors(np.where(goes[:, None], vectors, 1.0)))

@@ -46,6 +46,7 @@ SCENES: dict[str, tuple[Scene, str | None]] = {
                    effects={"footprint": True}),
         None,
     ),
+    "wavelengths": (make_scene({"surface": "prism", "n": "BK7"}, effects={"dispersion": 3}), None),
     "polarised": (make_scene({"surface": "biconvex"}, effects={"fresnel": "polarised"}), None),
 }  # fmt: skip
 
@@ -81,6 +82,7 @@ def test_who_asks_for_nothing_gets_nothing() -> None:
     assert "// effects  none\n" in text
     words = {"transmittance", "transmission", "absorption", "path_length", "polarised", "opaque", "effects/"}
     words |= {one.name for effect in EFFECTS.values() for some in effect.variants.values() for one in some}
+    words |= {"wavelength", "wavelengths"}
     words |= {member for effect in EFFECTS.values() for some in effect.variants.values() for one in some
               for member in one.carries}  # fmt: skip
     found = {word for word in words if re.search(rf"\b{word}\b", text)}
@@ -94,5 +96,5 @@ def test_who_asks_for_nothing_gets_nothing() -> None:
 
 
 def test_golden_kernels_compile() -> None:
-    for scene, rays in (SCENES["every-effect"], SCENES["footprint"], SCENES["polarised"]):
+    for scene, rays in (SCENES[name] for name in ("every-effect", "footprint", "polarised", "wavelengths")):
         choose().build(source_of(scene, rays=rays).text, kind="probe")

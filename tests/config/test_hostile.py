@@ -362,3 +362,8 @@ def test_an_override_is_toml_or_bare_text(text, expected):
 def test_an_override_without_key_or_value_is_refused(text):
     with pytest.raises(StudyError, match=r"^--set .*: must be KEY=VALUE, such as lens\.r=0\.2$"):
         parse_override(text)
+
+
+def test_half_a_character_is_refused():
+    with pytest.raises(StudyError, match=r"^study: is not Unicode text \(character 10\)$"):
+        study_from_toml('title = "\ud800"')

@@ -129,8 +129,8 @@ def test_the_text_of_a_scene_says_everything(base):
         '[medium]\nn = "vacuum"\n\n'
         '[[lens]]\nsurface = "torus"\nR = 0.7\nr = 0.25\ncentre = [0.0, 0.0, 0.0]\nstretch = [1.0, 1.0, 1.0]\n'
         "rotate = [0.0, 0.0, 0.0]\nn = 1.5\n\n"
-        '[effects]\nabsorption = "auto"\ntotal_reflection = "auto"\nfresnel = false\npath_length = false\n'
-        "footprint = false\nantialias = 1\ncaustics = false\n\n"
+        '[effects]\nabsorption = "auto"\ntotal_reflection = "auto"\nfresnel = false\n'
+        "dispersion = false\npath_length = false\nfootprint = false\nantialias = 1\ncaustics = false\n\n"
         '[numerics]\nmethod = "auto"\nprecision = "double"\nsnell = "exact"\nstep = 0.01\nmax_events = 64\n'
     )
 

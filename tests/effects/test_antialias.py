@@ -96,7 +96,7 @@ def test_films_in_other_tiles_and_paints_in_other_parts_are_the_same(monkeypatch
         painted = paint(whole, pixels)
         with monkeypatch.context() as patch:
             patch.setattr(job, "_TILE_PIXELS", 9 * 50)  # two rows of pixels
-            patch.setattr(samples, "_TOGETHER", 333)
+            patch.setattr(samples, "_AT_A_TIME", 333)
             patch.setattr(mean, "_TOGETHER", 100)
             parts = trace(torus(asked))
             assert len(list(mean.parts(parts.samples, parts.device))) > 3

@@ -221,7 +221,7 @@ def test_rays_given_as_the_films_are_have_the_films_footprints() -> None:
 def test_rays_that_single_precision_cannot_decide_have_theirs_from_double(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = make_scene({"surface": "bifolia"}, effects={"footprint": True}, film={"size": [96, 96]})
     exact, mended = trace(scene), trace(scene, precision="single")
-    monkeypatch.setattr(job.Job, "_more_precise", lambda _: None)
+    monkeypatch.setattr(job.Job, "_more_precise", lambda *_: None)
     left = trace(scene, precision="single").status == RayStatus.UNDECIDED
     assert left.sum() == mended.escalated > 10
     same = left & (mended.events == exact.events) & (exact.status != RayStatus.UNDECIDED)

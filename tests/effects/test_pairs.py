@@ -12,6 +12,7 @@ from scenes import make_scene
 from lenscl import RayStatus, trace
 from lenscl.config import Scene
 from lenscl.effects import EFFECTS, Value
+from lenscl.imaging import painter_of
 from lenscl.tracing import RayMap
 
 # What a map carries beside places, statuses and events, by key and value
@@ -21,30 +22,31 @@ ADDS: dict[tuple[str, Value], set[str]] = {
     ("fresnel", True): {"transmittance"},
     ("fresnel", "polarised"): {"transmittance"},
     ("path_length", True): {"path_length"},
+    ("dispersion", "rgb"): {"wavelengths"},
+    ("dispersion", 4): {"wavelengths"},
     ("footprint", True): {"jacobian"},
 }
-STEERS = ("total_reflection", "absorption")  # keys of effects that change where rays go or how they end
+STEERS = ("total_reflection", "absorption", "dispersion")  # keys of effects that change where rays go or how they end
 LENSES: tuple[dict[str, Any], ...] = (
-    {"surface": "ellipsoid", "a": 0.45, "b": 0.6, "c": 0.3, "absorption": [0.3, 1.2, 2.5], "name": "glass"},
+    {"surface": "ellipsoid", "a": 0.45, "b": 0.6, "c": 0.3, "n": "BK7", "absorption": [0.3, 1.2, 2.5], "name": "glass"},
     {"surface": "sphere", "r": 0.25, "n": 1.0, "centre": [0.2, 0.1, -1.0], "absorbs": True, "name": "stop"},
 )
+PICTURE = np.random.default_rng(1).integers(0, 256, (20, 30, 3), np.uint8)
 Row = dict[str, Value]
+NUMBERS: dict[str, tuple[Value, ...]] = {"antialias": (1, 3), "dispersion": (4,)}  # beside the words of a key
+VALUES = {key: (*NUMBERS.get(key, ()), *effect.choices) for key, effect in EFFECTS.items()}
 
 
 def covering() -> list[Row]:
     """Return rows of values, one of each key, such that any two values of two keys stand in a row together."""
     keys = list(EFFECTS)
-    left = {
-        ((a, one), (b, other))
-        for a, b in combinations(keys, 2)
-        for one, other in product(EFFECTS[a].choices, EFFECTS[b].choices)
-    }
+    left = {((a, one), (b, other)) for a, b in combinations(keys, 2) for one, other in product(VALUES[a], VALUES[b])}
     rows: list[Row] = []
     while left:
         row: Row = dict([*min(left, key=str)])
         for key in keys:
             if key not in row:
-                row[key] = max(EFFECTS[key].choices, key=lambda value: len(_pairs(row | {key: value}) & left))
+                row[key] = max(VALUES[key], key=lambda value: len(_pairs(row | {key: value}) & left))
         row = {key: row[key] for key in keys}
         left -= _pairs(row)
         rows.append(row)
@@ -56,7 +58,9 @@ def _pairs(row: Row) -> set[tuple[tuple[str, Value], tuple[str, Value]]]:
 
 
 def scene_of(row: Row, precision: str) -> Scene:
-    return make_scene(*LENSES, film={"size": [24, 24]}, effects=row, numerics={"precision": precision})
+    return make_scene(
+        *LENSES, film={"size": [24, 24]}, picture={"size": [32, 32]}, effects=row, numerics={"precision": precision}
+    )
 
 
 def identical(one: RayMap, other: RayMap) -> bool:
@@ -65,10 +69,8 @@ def identical(one: RayMap, other: RayMap) -> bool:
 
 def test_the_rows_hold_every_pair_of_values() -> None:
     met = {pair for row in covering() for pair in _pairs(row)}
-    assert len(met) == sum(len(EFFECTS[a].choices) * len(EFFECTS[b].choices) for a, b in combinations(EFFECTS, 2))
-    assert len(covering()) < 2 * max(
-        len(EFFECTS[a].choices) * len(EFFECTS[b].choices) for a, b in combinations(EFFECTS, 2)
-    )
+    assert len(met) == sum(len(VALUES[a]) * len(VALUES[b]) for a, b in combinations(EFFECTS, 2))
+    assert len(covering()) < 2 * max(len(VALUES[a]) * len(VALUES[b]) for a, b in combinations(EFFECTS, 2))
 
 
 @pytest.mark.usefixtures("few_lanes")
@@ -77,8 +79,11 @@ def test_the_rows_hold_every_pair_of_values() -> None:
 def test_effects_run_together_add_what_they_say_and_observers_move_no_ray(row: Row, precision: str) -> None:
     raymap = trace(scene_of(row, precision))
     assert raymap.added.keys() == set().union(*(ADDS.get(item, set()) for item in row.items()))
-    for array in raymap.added.values():
-        assert array.shape[:2] == (24, 24)
+    layers = len(raymap.wavelengths) if row["dispersion"] is not False else 0
+    assert raymap.status.shape == ((layers, 24, 24) if layers else (24, 24))
+    for name in raymap.added.keys() - {"wavelengths"}:
+        array = raymap.added[name]
+        assert array.shape[: raymap.status.ndim] == raymap.status.shape
         assert array.dtype == raymap.st.dtype
         assert np.isfinite(array).all()
     plain = trace(scene_of({key: row[key] for key in STEERS}, precision))
@@ -87,3 +92,11 @@ def test_effects_run_together_add_what_they_say_and_observers_move_no_ray(row: R
     assert (counts[RayStatus.BLOCKED] > 0) == (row["absorption"] is not False)
     assert (counts[RayStatus.TOTAL_REFLECTION] > 0) == (row["total_reflection"] == "end")
     assert counts[RayStatus.PICTURE] > 200
+    assert (raymap.samples is not None) == (row["antialias"] != 1)
+    assert (raymap.caustic is not None) == bool(row["caustics"])
+    if raymap.caustic is not None:
+        assert raymap.irradiance.shape == ((layers, 32, 32) if layers else (32, 32))
+        assert sum(raymap.caustic.shares.values()) == pytest.approx(1.0, abs=1e-6)
+    painted = painter_of(raymap).paint(PICTURE)
+    assert painted.shape == ((32, 32, 3) if row["caustics"] else (24, 24, 3))
+    assert painted.std() > 1

@@ -42,7 +42,7 @@ def test_more_rays_are_decided_and_none_of_them_wrongly(name: str, monkeypatch: 
     scene = make_scene(LENSES[name])
     o, d = touching(scene)
     last = lenscl.trace_rays(scene, o, d)
-    monkeypatch.setattr(job.Job, "_more_precise", lambda job: None)
+    monkeypatch.setattr(job.Job, "_more_precise", lambda job, scene: None)
     double = lenscl.trace_rays(scene, o, d)
     open_before, open_after = (each.status == RayStatus.UNDECIDED for each in (double, last))
     assert last.escalated == open_before.sum() > RAYS // 4

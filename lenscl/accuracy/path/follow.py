@@ -50,7 +50,8 @@ def explain_pixel(
     Parameters
     ----------
     scene : Scene
-        Traced by its method and precision; where these leave the ray undecided, in the next finer one, as in a map.
+        Traced by its method and precision, in light of the d line; where these leave the ray undecided, in the next
+        finer one, as in a map.
     row, column : int
         Of the film, from 0.
     device : Device or str, optional
@@ -65,6 +66,7 @@ def explain_pixel(
     NoDeviceError, BuildError, TraceError
         As `lenscl.trace`.
     """
+    scene = scene.at_d_line()
     film = scene.film
     if not (0 <= row < film.rows and 0 <= column < film.columns):
         raise StudyError(

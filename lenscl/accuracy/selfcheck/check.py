@@ -51,13 +51,18 @@ def check_map(raymap: RayMap) -> SelfCheck:
     Parameters
     ----------
     raymap : RayMap
-        As traced. The rays are traced again on its device by its method, in its precision.
+        As traced. The rays are traced again on its device by its method, in its precision. Of several wavelengths each
+        is checked, and pixels are named without saying which.
 
     Raises
     ------
     BuildError, TraceError
         If the device refuses to trace them again.
     """
+    return sum((_checked(layer) for layer in raymap.layers()), SelfCheck())
+
+
+def _checked(raymap: RayMap) -> SelfCheck:
     pixels = sampled(raymap.events)
     if not pixels.size:
         return SelfCheck()
