@@ -25,6 +25,7 @@ Points = NDArray[np.float64]
 
 _GRID = 24  # places along each side of a box where two solids are looked for
 _COARSE_RAYS = 2**14  # film rays looked at first; all are, in pieces of this size, where the first decide nothing
+_ON_FILM = 1e-12  # of the film's size: a source so near to its plane lies in it
 _NEVER_ZERO = 1e-300  # stands for a direction's zero: a quotient by it lies beyond every box, and is no NaN
 
 
@@ -83,6 +84,7 @@ def hard_spots(scene: Scene) -> Iterator[HardSpot]:
         for kind, message in (*solid_spots(lens), *value_spots(scene, number), *shape_spots(scene, number)):
             yield HardSpot(scene.lens_key(number), kind, message)
     yield from _source_in_a_lens(scene)
+    yield from _source_on_the_film(scene)
     yield from _overlaps(scene, placed)
     yield from _boxes_cut_screens(scene, placed)
     yield from _picture_out_of_the_way(scene)
@@ -102,6 +104,24 @@ def _source_in_a_lens(scene: Scene) -> Iterator[HardSpot]:
     if on[0] >= 0:
         lens = scene.lens_key(int(on[0]))
         yield HardSpot("source", "source-on", f"lies on the surface of {lens}; each ray's direction decides its side")
+
+
+def _source_on_the_film(scene: Scene) -> Iterator[HardSpot]:
+    if scene.source.at is None:
+        return
+    film = scene.film
+    right, down, corner, at = (
+        np.asarray(v, dtype=np.float64) for v in (film.right, film.down, film.corner, scene.source.at)
+    )
+    normal = np.cross(right, down)
+    size = max(float(np.abs(v).max()) for v in (at, corner, right, down))
+    if abs(float((at - corner) @ normal)) <= _ON_FILM * size * float(np.linalg.norm(normal)):
+        yield HardSpot(
+            "source",
+            "source-on-film",
+            "lies in the film's own plane, and so do all of its rays; that of a pixel whose centre it is has no "
+            "direction, and ends undecided. Move the film away from the source",
+        )
 
 
 def _overlaps(scene: Scene, placed: list[tuple[str, Placement]]) -> Iterator[HardSpot]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from lenscl.config import Scene
 from lenscl.sweep.boxes import Points
 from lenscl.sweep.creases import crease_points
+from lenscl.sweep.fine import fine_share
 from lenscl.sweep.singular import singular_points
 from lenscl.sweep.thin import thinnest
 from lenscl.sweep.view import place_in_view
@@ -26,6 +27,12 @@ def shape_spots(scene: Scene, number: int) -> Iterator[tuple[str, str]]:
             "thin",
             f"at its thinnest it is {width:.2g} film pixels wide: rays pass beside it, between pixel centres; "
             "raise film.size, or let the film be smaller",
+        )
+    elif share := fine_share(scene, number):
+        yield (
+            "fine",
+            f"about {share:.0%} of its inside is finer than a film pixel: which details rays meet is left to chance, "
+            "and neighbours land anywhere; raise film.size, let the film be smaller, or the details larger",
         )
     if (where := _seen(scene, number, singular_points(lens))) is not None:
         yield (

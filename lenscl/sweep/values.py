@@ -3,7 +3,8 @@
 Parts of the bounds without a value, or beyond the largest number, are seen at a grid of places. Poles are points, lines
 and sheets between these: they are where a divisor is zero, or what a logarithm is taken of. Boxes are parted in eight
 again and again and kept where that may be, by interval arithmetic; from what is left the place is sought at which it is
-least, and this is a pole where only rounding is left of it.
+least, and this is a pole where only rounding is left of it. Cuts, across which an angle makes F jump, are seen between
+places of the grid.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.config import Scene
-from lenscl.expr import Expr
+from lenscl.expr import Expr, jumps
 from lenscl.expr.graph import build, walk
 from lenscl.lenses import Box
 from lenscl.sweep.boxes import Array, Points, may_be_zero, most_boxes, parted, value_at
@@ -62,6 +63,14 @@ def value_spots(scene: Scene, number: int) -> Iterator[tuple[str, str]]:
             "undecided. Keep the divisor from 0, 1/(u^2 + 1e-6) for 1/u^2, or let "
             "lens.bounds leave it out",
         )
+    if cuts := _cuts(lens.surface.expression, values, bounds):
+        place, _ = place_in_view(scene, number, cuts)
+        yield (
+            "jump",
+            f"F jumps by the turn of an angle, atan2, such as {place}: it is never 0 there, and rays that enter or "
+            "leave the solid by that cut end undecided. Take whole multiples of the angle through sin or cos, which go "
+            "on smoothly, or let lens.bounds leave the cut out",
+        )
 
 
 def _percent(share: float) -> str:
@@ -104,6 +113,21 @@ def _poles(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box)
         places, sizes = _least(divisor, given, starts, 0.5 * side)
         found.append(places[sizes <= _ZERO * _size(divisor, given, low, high)])
     return _inmost(np.clip(np.concatenate(found), low, high), low, high)
+
+
+@lru_cache(maxsize=1024)
+def _cuts(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box) -> Points:
+    """Return places between those of the grid where an angle turns over of which F may jump."""
+    low, high = (np.asarray(corner, dtype=np.float64) for corner in bounds)
+    found = [np.zeros((0, 3))]
+    for angle in jumps(expression):
+        y, x = (np.broadcast_to(on_grid(each, values, bounds), (PLACES,) * 3) for each in angle.args)
+        for axis in range(3):
+            here, there = (np.take(y, range(first, first + PLACES - 1), axis) for first in (0, 1))
+            behind = np.take(x, range(PLACES - 1), axis) < 0.0
+            unit = (np.argwhere(((here < 0.0) != (there < 0.0)) & behind) + 0.5 * np.eye(3)[axis]) / (PLACES - 1)
+            found.append(low + unit * (high - low))
+    return _inmost(np.concatenate(found), low, high)
 
 
 def _divisors(expression: Expr) -> list[Expr]:

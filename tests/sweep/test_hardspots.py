@@ -52,6 +52,14 @@ def test_each_hard_spot_is_found_and_nothing_else(changes: Mapping[str, Any], ex
     assert kinds(scene_from_toml(HARMLESS).replace(changes)) == expected
 
 
+def test_a_source_in_the_films_plane_is_told_from_one_beside_it() -> None:
+    scene = scene_from_toml(HARMLESS)
+    x, y, z = scene.film.corner
+    for aside, is_on in ((0.0, True), (1e-6, False)):
+        moved = scene.replace({"source.at": [x + 0.3, y - 0.1, z + aside]})
+        assert ("source source-on-film" in kinds(moved)) == is_on
+
+
 def test_rays_that_all_but_run_along_the_picture_never_meet_it() -> None:
     aside = {"source.at": [0.0, 0.0, 0.0], "film.centre": [0.0, 0.0, -5e-324], "lens.one.centre": [0.0, 9.0, 0.0]}
     assert "picture behind" in kinds(scene_from_toml(HARMLESS).replace(aside))

@@ -31,6 +31,8 @@ def kinds(scene: Scene) -> set[str]:
     return {spot.kind for spot in hard_spots(scene)}
 
 
+STAR = "sqrt(x^2 + y^2) - 0.6 - 0.15*sin({}*atan2(y, x))"
+CELLS = "sin({0}*x)*sin({0}*y)*sin({0}*z)"
 POLES = [  # and nearly so
     ("z^2 + 0.2*(x^2+y^2) - 0.1 + 0.001/(x^2+y^2)", "z^2 + 0.2*(x^2+y^2) - 0.1 + 0.001/(x^2+y^2+1e-6)"),
     ("x^2+y^2+z^2-0.5 + 0.01/((x-0.31)^2+y^2+(z-0.2)^2)", "x^2+y^2+z^2-0.5 + 0.01/((x-0.31)^2+y^2+(z-2.2)^2)"),
@@ -64,6 +66,18 @@ FOUND = [
     ("crease", {"surface": "superellipsoid", "e1": 2.0}, {"surface": "superellipsoid", "e1": 0.5}),
     ("crease", expression("x^2+y^2+z^2-1 + sin(abs(x))/4"), expression("x^2+y^2+z^2-1 + sin(abs(x - 1.5))/4")),
     ("crease", expression("(x^2+y^2+z^2-1)*(1 + abs(x)) + y/9"), expression("(x^2+y^2+z^2-1)*(1 + abs(x))")),
+    ("jump", expression("max(atan2(z, y) + 2.9, x^2+y^2+z^2-0.5)"), expression("max(atan2(z, y+4), x^2+y^2+z^2-0.5)")),
+    (
+        "jump",
+        expression(f"max({STAR.format('4.5')}, abs(z) - 0.3)"),
+        expression(f"max({STAR.format('5')}, abs(z) - 0.3)"),
+    ),
+    (
+        "fine",
+        expression(f"max({CELLS.format(90)}, x^2+y^2+z^2-1)"),
+        expression(f"max({CELLS.format(6)}, x^2+y^2+z^2-1)"),
+    ),
+    ("fine", expression(f"max({CELLS.format(90)}, x^2+y^2+z^2-1)"), expression("x^2+y^2+z^2-0.01")),
 ]
 
 
@@ -293,3 +307,11 @@ HARD = {
 def test_of_the_shipped_studies_only_those_with_singular_points_in_view_have_hard_spots(path: Any) -> None:
     spots, _ = study_hard_spots(load_study(path))
     assert {spot.kind for spot in spots} == HARD.get(path.stem, set())
+
+
+def test_details_are_fine_by_the_pixels_that_see_them() -> None:
+    scene = make_scene(expression(f"max({CELLS.format(90)}, x^2+y^2+z^2-1)"))
+    assert "fine" in kinds(scene)
+    assert "fine" not in kinds(scene.replace({"film.size": [1024, 1024]}))
+    assert "fine" not in kinds(scene.replace({"film.scale": 0.05}))
+    assert "fine" in kinds(scene.replace({"source.kind": "parallel", "source.direction": [0, 0, -1]}))
