@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _PLACES = (0.5, 0.4375, 0.5625, 0.34375, 0.65625)  # where to part a stretch: the first at which the sign is certain
 _MOST_STRETCHES = 20_000
-_TOUCH = "the ray touches the surface, or two of its roots are too close to be told apart"
+_TOUCH = "the ray touches the surface, two of its roots are too close to be told apart, or F jumps"
 
 
 class UndecidableError(Exception):

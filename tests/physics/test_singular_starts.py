@@ -1,0 +1,32 @@
+"""Rays that start on a surface where it has no normal: nobody can tell on which side they are, so they are undecided."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scenes import make_scene
+
+from lenscl import RayStatus, trace_rays
+
+CONE = {"surface": "max(sqrt(x^2 + y^2) + z - 1, -z - 1)", "bounds": [[-2.1] * 3, [2.1] * 3]}
+
+
+@pytest.mark.usefixtures("few_lanes")
+@pytest.mark.parametrize("precision", ["single", "double"])
+@pytest.mark.parametrize(
+    ("lens", "at"),
+    [(CONE, (0.0, 0.0, 1.0)), ({"surface": "heart"}, (0.0, 0.0, 1.0)), ({"surface": "bifolia"}, (0.0, 0.0, 0.0))],
+    ids=["tip of a cone", "dimple of the heart", "pinch of the bifolia"],
+)
+def test_a_ray_from_a_point_without_a_normal_is_undecided(
+    lens: dict[str, Any], at: tuple[float, float, float], precision: str
+) -> None:
+    scene = make_scene(lens, numerics={"precision": precision})
+    ahead = np.random.default_rng(1).normal(size=(24, 3))
+    paths = trace_rays(scene, np.broadcast_to(at, ahead.shape), ahead)
+    assert (paths.status == RayStatus.UNDECIDED).all()
+    assert (paths.events == 0).all()
+    beside = trace_rays(scene, np.broadcast_to(np.add(at, (0.0, 0.0, 1e-3)), ahead.shape), ahead)
+    assert (beside.status != RayStatus.UNDECIDED).mean() > 0.9
