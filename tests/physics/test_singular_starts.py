@@ -1,4 +1,4 @@
-"""Rays that start on a surface where it has no normal: nobody can tell on which side they are, so they are undecided."""
+"""Rays that start on a surface where it has no normal: nobody can tell their side, so they are undecided."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_a_ray_from_a_point_without_a_normal_is_undecided(
     lens: dict[str, Any], at: tuple[float, float, float], precision: str
 ) -> None:
     scene = make_scene(lens, numerics={"precision": precision})
-    ahead = np.random.default_rng(1).normal(size=(24, 3))
+    ahead = np.concatenate([np.random.default_rng(1).normal(size=(24, 3)), np.eye(3), -np.eye(3)])
     paths = trace_rays(scene, np.broadcast_to(at, ahead.shape), ahead)
     assert (paths.status == RayStatus.UNDECIDED).all()
     assert (paths.events == 0).all()
