@@ -35,14 +35,16 @@ def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
     _choose_unasked(monkeypatch, plain_device())
 
 
-@pytest.fixture
-def few_lanes(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(autouse=True)
+def few_lanes(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the device that is chosen unasked take packets of 4 rays in single and 2 in double.
 
-    Such kernels compile in two thirds of the time, optimised as ever; for tests of many kernels that are not about
-    packets. Those of other tests have the widths that users have.
+    Such kernels compile in two thirds of the time, optimised as ever. Packets of every width have tests of their own,
+    which choose them; what is to be as wide as users have it is marked `users_widths`.
     """
-    _choose_unasked(monkeypatch, device_of_width(4, 2))
+    is_plain = "plain_kernels" in request.fixturenames
+    if not (is_plain or request.node.get_closest_marker("users_widths")):
+        _choose_unasked(monkeypatch, device_of_width(4, 2))
 
 
 def _choose_unasked(monkeypatch: pytest.MonkeyPatch, chosen: device.Device) -> None:

@@ -88,7 +88,6 @@ def test_the_margin_is_the_angle_left_to_the_critical_one_however_little(beside:
 
 
 @pytest.mark.parametrize("precision", ["single", "double"])
-@pytest.mark.usefixtures("few_lanes")
 def test_the_path_ends_where_the_map_says_and_its_residuals_are_within_what_rounding_allows(precision: str) -> None:
     kinds: set[str] = set()
     events = 0

@@ -5,12 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from lenscl.imaging import draw, read_picture, write_image
 
 GLASS = ("--set", "lens.n=SF10", "--set", "effects.dispersion=3")
-pytestmark = pytest.mark.usefixtures("few_lanes")
 
 
 def test_a_map_of_several_wavelengths_is_written_for_numpy_alone(lenscl, small_starter: Path, tmp_path: Path) -> None:

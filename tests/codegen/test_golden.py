@@ -20,6 +20,8 @@ from lenscl.device import choose
 from lenscl.effects import EFFECTS
 from lenscl.tracing import kernel_source as source_of
 
+pytestmark = pytest.mark.users_widths
+
 GOLDEN = Path(__file__).parent.parent / "golden"
 BOUNDS = [[-1.2] * 3, [1.2] * 3]
 ALL: dict[str, Any] = {"total_reflection": "end", "absorption": True, "fresnel": True, "path_length": True}

@@ -8,6 +8,8 @@ import pytest
 from lenscl.device import choose, environment
 from lenscl.errors import NoDeviceError
 
+pytestmark = pytest.mark.users_widths
+
 choosing = sys.modules["lenscl.device.choose"]
 
 

@@ -61,7 +61,6 @@ def test_the_wavelengths_are_those_stated(asked: Any, wanted: tuple[float, ...])
         ({"surface": "heart"}, {"source": {"kind": "parallel", "direction": [0.1, 0.0, -1.0]}}),
     ],
 )
-@pytest.mark.usefixtures("few_lanes")
 def test_every_wavelength_is_traced_as_if_it_were_alone(lens: dict[str, Any], parts: dict[str, Any]) -> None:
     scene = dispersive({"n": "SF10"} | lens, medium="water", **parts)
     found = trace(scene)
@@ -80,7 +79,6 @@ def test_packets_of_users_and_rays_put_aside_change_nothing() -> None:
     assert assert_alike(found, scene) > 500
 
 
-@pytest.mark.usefixtures("few_lanes")
 def test_films_larger_than_a_tile_have_a_tile_for_all_wavelengths(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = dispersive({"surface": "prism", "n": "F2"}, 7)
     whole = trace(scene)
@@ -101,7 +99,6 @@ FAULTS = (
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
-@pytest.mark.usefixtures("few_lanes")
 def test_a_wrong_layer_is_noticed(fault: Fault) -> None:
     scene = dispersive({"surface": "prism", "n": "F2"}, 3)
     with broken(fault):
@@ -110,7 +107,6 @@ def test_a_wrong_layer_is_noticed(fault: Fault) -> None:
         assert_alike(found, scene)
 
 
-@pytest.mark.usefixtures("few_lanes")
 def test_without_dispersive_glass_all_maps_are_the_plain_one() -> None:
     scene = dispersive({"surface": "torus", "n": 1.5}, 4)
     found, plain = trace(scene), trace(scene.at_d_line())
@@ -121,7 +117,6 @@ def test_without_dispersive_glass_all_maps_are_the_plain_one() -> None:
     assert scene.at_d_line() == scene.replace({"effects.dispersion": False})
 
 
-@pytest.mark.usefixtures("few_lanes")
 def test_the_d_line_is_what_a_scene_without_the_effect_shows() -> None:
     scene = dispersive({"surface": "torus", "n": "BK7"})
     d_line, plain = trace(scene.at_wavelength(D_LINE)), trace(scene.at_d_line())
@@ -130,7 +125,6 @@ def test_the_d_line_is_what_a_scene_without_the_effect_shows() -> None:
     assert scene.at_wavelength(D_LINE).lenses[0].n == pytest.approx(1.5168, abs=5e-6)
 
 
-@pytest.mark.usefixtures("few_lanes")
 def test_undecided_rays_are_traced_again_at_their_own_wavelength() -> None:
     scene = dispersive(
         {"surface": "bifolia", "n": "SF11"}, 3, film={"size": [96, 96]}, numerics={"precision": "single"}
@@ -163,7 +157,6 @@ def deviations(scene: Scene, incidence: NDArray[np.float64]) -> NDArray[np.float
 
 
 @pytest.mark.parametrize("material", ["BK7", "SF10", "water"])
-@pytest.mark.usefixtures("few_lanes")
 def test_a_prism_deviates_least_as_its_closed_form_says_at_every_wavelength(material: str) -> None:
     """delta = 2 asin(n sin(A / 2)) - A, where the ray within is parallel to the base (Born & Wolf, sec. 4.7.2)."""
     scene = dispersive(WEDGE | {"apex": 50.0, "n": material}, 8)
@@ -183,7 +176,6 @@ def wedge(n: Any, incidence: Any, apex: float) -> Any:
     return incidence + np.arcsin(n * np.sin(apex - within)) - apex
 
 
-@pytest.mark.usefixtures("few_lanes")
 def test_the_fire_of_diamond_is_that_of_a_wedge_between_the_f_and_c_lines() -> None:
     incidence, apex = np.radians([0.0, 5.0, 20.0, 60.0]), np.radians(20.0)
     scene = dispersive(WEDGE | {"apex": 20.0, "n": DIAMOND}, "rgb")
@@ -200,7 +192,6 @@ def test_the_fire_of_diamond_is_that_of_a_wedge_between_the_f_and_c_lines() -> N
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-14)
 
 
-@pytest.mark.usefixtures("few_lanes")
 def test_rays_of_the_callers_own_have_wavelengths_too() -> None:
     scene = dispersive({"surface": "ball", "n": "BK7"}, 3, effects={"path_length": True})
     paths = trace_rays(scene, [[0.0, 0.0, 3.0], [0.2, 0.0, 3.0]], [[0.0, 0.0, -1.0]] * 2)
@@ -239,7 +230,6 @@ def test_auto_never_calls_for_it_and_who_does_not_ask_has_none_of_its_text() -> 
     assert text == kernel_source(scene.replace({"effects.dispersion": "rgb"})).text  # how many is an argument
 
 
-@pytest.mark.usefixtures("few_lanes")
 def test_steps_are_counted_over_all_wavelengths_and_the_effect_can_be_left_out() -> None:
     scene = dispersive({"surface": "torus", "n": "SF10"}, 3)
     alone = [count_steps(layer) for layer in scene.layers()]
@@ -286,7 +276,6 @@ def test_every_material_of_the_catalogue_serves_every_number_of_wavelengths() ->
             assert len({layer.lenses[0].n for layer in scene.layers()}) in (1, len(scene.wavelengths))
 
 
-@pytest.mark.usefixtures("few_lanes")
 def test_the_slow_twin_agrees_at_every_wavelength() -> None:
     scene = dispersive(WEDGE | {"apex": 30.0, "n": "SF10"}, "rgb", film={"size": [12, 10]})
     found = trace(scene)

@@ -98,7 +98,6 @@ def test_it_is_the_derivative_of_the_map(name: str) -> None:
     assert off.max() < 1e-6
 
 
-@pytest.mark.usefixtures("few_lanes")
 @pytest.mark.parametrize(("precision", "close"), [("single", 1e-4), ("mixed", 1e-6)])
 def test_every_precision_has_its_digits(precision: str, close: float) -> None:
     """In single a few rays that graze have lost what their normals have; so quantiles, and the size of the worst."""
@@ -172,7 +171,6 @@ def test_reflections_are_seen_to_be_broken_too() -> None:
     assert np.median(off[events > 2]) > 1e-3
 
 
-@pytest.mark.usefixtures("few_lanes")
 def test_a_ball_magnifies_as_its_matrices_say() -> None:
     """On the axis, by the paraxial matrices (Born & Wolf, 7th ed., sec. 4.4.2): a pixel's height over the place's."""
     for radius, n, behind in ((0.7, 1.5, 2.5), (0.5, 1.9, 0.9), (0.3, 1.3, 4.0)):
@@ -191,7 +189,6 @@ def test_a_ball_magnifies_as_its_matrices_say() -> None:
         np.testing.assert_allclose(raymap.magnification[16, 16], (height * 33 / 1.3) ** 2, rtol=1e-12)
 
 
-@pytest.mark.usefixtures("few_lanes")
 def test_a_rod_mirrors_the_picture_behind_its_focus_and_a_ball_turns_it_round() -> None:
     for lens, mirrored in (({"surface": "rod", "diameter": 0.6, "length": 3.0, "rotate": [0, 90, 0]}, True),
                            ({"surface": "ball", "diameter": 0.6}, False)):  # fmt: skip
@@ -206,7 +203,6 @@ def test_a_rod_mirrors_the_picture_behind_its_focus_and_a_ball_turns_it_round() 
         np.testing.assert_allclose(raymap.magnification[straight], (6.5 / 1.5) ** 2, rtol=1e-12)
 
 
-@pytest.mark.usefixtures("few_lanes")
 def test_rays_given_as_the_films_are_have_the_films_footprints() -> None:
     for source in (None, SLANTED):
         scene = make_scene({"surface": "torus", **PLACED}, effects={"footprint": True}, source=source,
@@ -217,7 +213,6 @@ def test_rays_given_as_the_films_are_have_the_films_footprints() -> None:
         np.testing.assert_allclose(paths.jacobian, raymap.jacobian.reshape(256, 2, 2), rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.usefixtures("few_lanes")
 def test_rays_that_single_precision_cannot_decide_have_theirs_from_double(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = make_scene({"surface": "bifolia"}, effects={"footprint": True}, film={"size": [96, 96]})
     exact, mended = trace(scene), trace(scene, precision="single")

@@ -73,7 +73,6 @@ def test_the_rows_hold_every_pair_of_values() -> None:
     assert len(covering()) < 2 * max(len(VALUES[a]) * len(VALUES[b]) for a, b in combinations(EFFECTS, 2))
 
 
-@pytest.mark.usefixtures("few_lanes")
 @pytest.mark.parametrize("precision", ["single", "double"])
 @pytest.mark.parametrize("row", covering(), ids=lambda row: "-".join(str(value) for value in row.values()))
 def test_effects_run_together_add_what_they_say_and_observers_move_no_ray(row: Row, precision: str) -> None:

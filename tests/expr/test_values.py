@@ -137,7 +137,7 @@ def test_bounds_of_every_row_hold_its_values(samples):
 
     hold()
     assert exercised["inside"] > 2000
-    assert all(exercised[sample.name] > 20 for sample in samples)
+    assert all(exercised[sample.name] > 8 for sample in samples), exercised
 
 
 @pytest.mark.parametrize("text", COMPOSED)

@@ -21,8 +21,6 @@ from lenscl.config import Scene
 from lenscl.methods import METHODS
 from lenscl.reference import Steps
 
-pytestmark = pytest.mark.usefixtures("few_lanes")
-
 Array = NDArray[Any]
 UP = {"corner": [-0.5, 0.5, 2.5], "right": [1.0, 0.0, 0.0], "down": [0.0, -1.0, 0.0]}
 SQUARE = {"corner": [-3.0, 3.0, -2.5], "right": [6.0, 0.0, 0.0], "down": [0.0, -6.0, 0.0]}

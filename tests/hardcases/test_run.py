@@ -60,7 +60,6 @@ def complaints(some: list[Verdict]) -> list[str]:
     [("double", ()), ("single", tuple(BESIDE["single"])), pytest.param("single", (), marks=pytest.mark.slow)],
     ids=["double", "single, where rounding decides", "single"],
 )
-@pytest.mark.usefixtures("few_lanes")
 def test_nothing_in_the_pack_is_wrong(pack: Pack, precision: str, families: tuple[str, ...]) -> None:
     beside = LIKE_OTHERS if families else ()
     names = [case.name for case in pack.cases if case.name not in beside and (not families or case.family in families)]
@@ -80,6 +79,7 @@ def test_nothing_in_the_pack_is_wrong(pack: Pack, precision: str, families: tupl
     assert axis == ([] if families else [4])
 
 
+@pytest.mark.users_widths
 @pytest.mark.parametrize(
     ("method", "precision"),
     [("interval", "double"), ("polynomial", "double"), ("guarded", "double"), ("auto", "mixed"), ("interval", "single"),
@@ -93,7 +93,6 @@ def test_no_guaranteed_method_is_wrong(pack: Pack, method: str, precision: str, 
     assert sum(each.rays for each in found) > (10_000 if is_whole else 1_000)
 
 
-@pytest.mark.usefixtures("few_lanes")
 def test_a_march_is_found_out(pack: Pack) -> None:
     found = verdicts(pack.having(["short chord", "tangent: torus"]), "march", "double")
     assert sum(len(each.wrong) for each in found) > 100

@@ -202,7 +202,6 @@ def patterns(size: int) -> dict[str, Array]:
     return found | {"zone plate": (0.5 + 0.5 * np.cos(np.pi * size * (x * x + y * y))).astype(np.float32)}
 
 
-@pytest.mark.usefixtures("few_lanes")
 @pytest.mark.parametrize(("lens", "precision"), thinned(
     [(lens, precision) for lens in LENSES for precision in ("double", "single")],
     [("torus", "double"), ("lens", "single")],

@@ -14,8 +14,6 @@ from scenes import OPTICS, make_scene
 from lenscl import RayStatus, trace_rays
 from lenscl.lenses import surface
 
-pytestmark = pytest.mark.usefixtures("few_lanes")
-
 Array = NDArray[Any]
 RAYS = 6000
 MOST = 16

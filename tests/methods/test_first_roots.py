@@ -20,8 +20,6 @@ from lenscl.config import Scene
 from lenscl.methods import METHODS
 from lenscl.tracing import locate
 
-pytestmark = pytest.mark.usefixtures("few_lanes")
-
 pytest.importorskip("flint", reason="python-flint, of the extra `accuracy`, is not installed")
 
 BOUNDS = [[-1.35] * 3, [1.35] * 3]

@@ -17,8 +17,6 @@ from lenscl.config import Scene
 from lenscl.device import choose
 from lenscl.tracing import kernel_source
 
-pytestmark = pytest.mark.usefixtures("few_lanes")
-
 BOUNDS = [[-1.2] * 3, [1.2] * 3]
 LENSES: dict[str, dict[str, Any]] = {
     "torus": {"surface": "torus"},

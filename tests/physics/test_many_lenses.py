@@ -13,8 +13,6 @@ from scenes import make_scene
 from lenscl import RayStatus, reference, trace, trace_rays
 from lenscl.tracing.numbers import picture_numbers
 
-pytestmark = pytest.mark.usefixtures("few_lanes")
-
 BALL = {"surface": "sphere", "name": "ball", "r": 0.4, "centre": [0.1, 0.0, 0.9], "n": 1.5}
 RING = {
     "surface": "torus",

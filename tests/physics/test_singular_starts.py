@@ -13,7 +13,6 @@ from lenscl import RayStatus, trace_rays
 CONE = {"surface": "max(sqrt(x^2 + y^2) + z - 1, -z - 1)", "bounds": [[-2.1] * 3, [2.1] * 3]}
 
 
-@pytest.mark.usefixtures("few_lanes")
 @pytest.mark.parametrize("precision", ["single", "double"])
 @pytest.mark.parametrize(
     ("lens", "at"),
