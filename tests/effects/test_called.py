@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import make_scene
+from scenes import forerunner, make_scene
 
 from lenscl import trace, trace_rays
 from lenscl.config import Scene, study_from_toml
@@ -124,3 +124,19 @@ def test_what_follows_or_judges_rays_compiles_nothing_that_only_observes() -> No
     assert steering(steering(scene)) == steering(scene)
     plain = make_scene({"surface": "torus"})
     assert steering(plain) is plain
+
+
+@pytest.mark.parametrize("name", ["ellipsoid", "torus", "heart", "bifolia"])
+def test_what_is_left_out_of_the_shipped_studies_changes_nothing_where_it_is_forced_in(name: str) -> None:
+    scene = forerunner(name, 48)
+    out = {call.effect.key: call for call in calls(scene) if not call.is_in and call.asked == "auto"}
+    assert out.keys() == {"absorption"}
+    assert all(call.why for call in out.values())
+    bare, forced = trace(scene), trace(scene.replace({f"effects.{key}": True for key in out}))
+    assert "absorption" not in bare.kernel.text
+    assert "absorption_interface" in forced.kernel.text
+    assert "opaque_interface" in forced.kernel.text
+    for array in ("st", "status", "events"):
+        np.testing.assert_array_equal(getattr(bare, array), getattr(forced, array))
+    assert (forced.transmission == 1.0).all()
+    assert (bare.events > 0).sum() > 100
