@@ -167,8 +167,9 @@ def _report(output: Path, raymap: RayMap, achieved: Achieved | None) -> None:
     click.echo(plain(f"{output}: {_counted(raymap.counts())}"), err=True)
     if (samples := raymap.samples) is not None:
         pixels, side = len(samples.pixels), samples.side
-        some = f"{pixels:,} of {raymap.status.size:,} pixels have {side} x {side} rays more"
-        click.echo(f"antialias: {some}, {pixels * side**2:,} together", err=True)
+        rows, columns = raymap.status.shape[-2:]
+        some = f"{pixels:,} of {rows * columns:,} pixels have {side} x {side} rays more"
+        click.echo(f"antialias: {some}, {samples.status.size:,} together", err=True)
     if (caustic := raymap.caustic) is not None:
         shares = ((name.replace("_", " "), share) for name, share in caustic.shares.items())
         click.echo("caustics: of the light, " + ", ".join(_part(*each) for each in shares if each[1] > 0), err=True)
