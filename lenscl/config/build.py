@@ -17,6 +17,7 @@ from lenscl.config.checks import LONGEST, SHORTEST, Box, Vec3
 from lenscl.config.problems import MOST_PROBLEMS, as_plain, from_pydantic, nearest, short, study_error, unknown_key
 from lenscl.config.scene import Effects, Film, Frozen, Lens, Numerics, Picture, Scene, Source
 from lenscl.config.tables import (
+    ENVIRONMENT,
     MOST_LENSES,
     FilmTable,
     LensTable,
@@ -65,6 +66,7 @@ def read_scene(document: Mapping[str, Any], problems: list[str]) -> Scene | None
     medium = read_table(MediumTable, document, "medium", report)
     numerics = _read_numerics(document, report)
     effects = _read_effects(document, report)
+    environment = _read_environment(document, report)
     lenses = _read_lenses(document, problems)
     if source is not None:
         _check_source(source, report)
@@ -90,6 +92,7 @@ def read_scene(document: Mapping[str, Any], problems: list[str]) -> Scene | None
         lenses=tuple(lenses),
         effects=effects,
         numerics=numerics,
+        environment=environment,
     )
     _check_indices(scene, lens_prefixes(document["lens"]), report)
     return None if len(problems) > before else scene
@@ -185,6 +188,8 @@ def _read_effects(document: Mapping[str, Any], report: Report) -> Effects:
         table = {}
     asked: dict[str, Value] = {key: effect.default for key, effect in EFFECTS.items()}
     for key, value in table.items():
+        if key == ENVIRONMENT:
+            continue
         if key in EFFECTS:
             choices, numbers = EFFECTS[key].choices, EFFECTS[key].numbers
             value = _counted(value) if numbers else value
@@ -198,8 +203,26 @@ def _read_effects(document: Mapping[str, Any], report: Report) -> Effects:
             else:
                 asked[key] = value
         else:
-            report(unknown_key("effects", key, tuple(EFFECTS)))
+            report(unknown_key("effects", key, (*EFFECTS, ENVIRONMENT)))
     return Effects(asked)
+
+
+def _read_environment(document: Mapping[str, Any], report: Report) -> str | tuple[float, ...]:
+    """Return what lenses reflect."""
+    table = document.get("effects", {})
+    value = as_plain(table.get(ENVIRONMENT, "picture")) if isinstance(table, dict) else "picture"
+    if isinstance(value, str) and value and "\0" not in value:
+        return value
+    numbers = [value] if isinstance(value, (int, float)) and not isinstance(value, bool) else value
+    if isinstance(numbers, (list, tuple)) and len(numbers) in (1, 3):
+        finite = [each for each in numbers if type(each) in (int, float) and math.isfinite(each) and each >= 0]
+        if len(finite) == len(numbers):
+            return tuple(float(each) for each in finite)
+    report(
+        f'effects.{ENVIRONMENT}: must be "picture", the path of an image, or a colour of 1 or 3 numbers from 0 on, '
+        f"got {short(value)}"
+    )
+    return "picture"
 
 
 def _counted(value: Any) -> Any:

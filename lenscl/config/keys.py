@@ -8,7 +8,7 @@ from typing import Any
 
 from lenscl.config.build import BY_HAND, COORDINATES, LENS_KEYS, NAME, is_catalogue_name
 from lenscl.config.problems import as_plain, key_text, nearest, study_error
-from lenscl.config.tables import SCENE_TABLES
+from lenscl.config.tables import ENVIRONMENT, SCENE_TABLES
 from lenscl.effects import EFFECTS
 from lenscl.lenses import catalogue
 
@@ -65,7 +65,7 @@ def places(document: dict[str, Any]) -> dict[str, Place]:
                 [*(key for key in lens if key not in LENS_KEYS), *parameter_names(lens["surface"])]
             )
             _add(found, prefix, lens, ["name", "surface", "bounds", *parameters, *_LENS_KEYS])
-    _add(found, "effects", document["effects"], [*EFFECTS])
+    _add(found, "effects", document["effects"], [*EFFECTS, ENVIRONMENT])
     _add(found, "numerics", document["numerics"], list(SCENE_TABLES["numerics"].model_fields))
     return found
 

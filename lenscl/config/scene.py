@@ -177,6 +177,8 @@ class Scene:
     lenses: tuple[Lens, ...]
     effects: Effects
     numerics: Numerics
+    # What lenses reflect: "picture", the path of an image, or a colour in the picture's own encoding
+    environment: str | tuple[float, ...] = "picture"
     # What effects ask whether it holds, and does at some point of the study that the scene belongs to
     facts: frozenset[Fact] = field(default=frozenset(), compare=False, repr=False)
 
@@ -262,9 +264,14 @@ class Scene:
             "picture": picture,
             "medium": {"n": _written(self.medium)},
             "lens": [_lens_document(lens) for lens in self.lenses],
-            "effects": dict(self.effects),
+            "effects": dict(self.effects) | self._written_environment(),
             "numerics": _numerics_document(self.numerics),
         }
+
+    def _written_environment(self) -> dict[str, Any]:
+        """Return `effects.environment` where it is not the default."""
+        shown = self.environment
+        return {} if shown == "picture" else {"environment": shown if isinstance(shown, str) else list(shown)}
 
     def to_toml(self) -> str:
         """Return the scene as a study file: the same text for equal scenes, and read back to an equal scene."""

@@ -17,7 +17,7 @@ from lenscl.config.problems import as_plain, file_text, key_text, short, study_e
 from lenscl.config.scene import Frozen, Scene
 from lenscl.config.sweep import Sweep, check_count, read_sweep
 from lenscl.config.sweep_keys import check_keys
-from lenscl.config.tables import TOP_KEYS, OutputTable, SweepTable
+from lenscl.config.tables import ENVIRONMENT, TOP_KEYS, OutputTable, SweepTable
 from lenscl.errors import StudyError
 
 _MOST_CHECKED = 1000  # points built when a study is read: every value of every axis, up to so many
@@ -242,6 +242,7 @@ def study_from_toml(text: str, *, folder: str | Path = ".", path: Path | None = 
     document = parse_text(text, "study" if path is None else file_text(path))
     unknown_top_keys(document, TOP_KEYS, problems.append)
     title = _read_title(document, "study" if path is None else path.stem, problems)
+    _place_environment(document, Path(folder))
     scene = read_scene(document, problems)
     sweep = read_sweep(document, problems.append)
     output = _read_output(document, problems)
@@ -326,6 +327,14 @@ def _check_points(study: Study) -> None:
             break
     if problems:
         raise study_error(problems)
+
+
+def _place_environment(document: dict[str, Any], folder: Path) -> None:
+    """Let the path of an image that lenses reflect be one from here, as it is written from the study's folder."""
+    effects = document.get("effects")
+    shown = effects.get(ENVIRONMENT) if isinstance(effects, dict) else None
+    if isinstance(effects, dict) and isinstance(shown, str) and shown not in ("", "picture"):
+        effects[ENVIRONMENT] = str(folder / shown)
 
 
 def _find_images(scene: Scene, folder: Path) -> tuple[Path, ...]:

@@ -30,6 +30,9 @@ from lenscl.materials import material
 from lenscl.methods import METHODS
 
 FORMATS = ("png", "jpg", "tif", "exr")
+ENVIRONMENT = "environment"  # in [effects], what fresnel = "split" reflects
+_COLOUR = {"type": "array", "items": {"type": "number", "minimum": 0}, "oneOf": [{"maxItems": 1}, {"minItems": 3}],
+           "minItems": 1, "maxItems": 3}  # fmt: skip
 MODES = ("grid", "latin", "halton", "sobol", "random")
 MOST_EVENTS = 255
 MOST_LENSES = 127  # kernels number them in signed bytes
@@ -176,7 +179,8 @@ def study_schema() -> dict[str, Any]:
     properties["effects"] = {
         "type": "object",
         "additionalProperties": False,
-        "properties": {key: _effect_schema(effect) for key, effect in EFFECTS.items()},
+        "properties": {key: _effect_schema(effect) for key, effect in EFFECTS.items()}
+        | {ENVIRONMENT: {"anyOf": [{"type": "string", "minLength": 1}, {"type": "number", "minimum": 0}, _COLOUR]}},
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

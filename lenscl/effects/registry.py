@@ -13,7 +13,13 @@ Value = str | int  # of a key in [effects]; true and false among them
 MOST_SAMPLES = 16  # rays a film pixel, each way
 EDGE_SAMPLES = 4  # likewise, of the pixels that antialias = "edges" refines
 # What a scene may have or not, on which "auto" depends
-Fact = Literal["a lens is opaque", "a lens absorbs", "total reflection is possible"]
+Fact = Literal[
+    "a lens is opaque",
+    "a lens absorbs",
+    "total reflection is possible",
+    "the environment is the picture",
+    "the environment is an image",
+]
 # Where a kernel calls a variant: on a ray's start, behind a surface that it has met, on the picture's plane where a map
 # is made, and there whatever is made
 Hook = Literal["start", "interface", "picture", "landing"]
@@ -67,6 +73,10 @@ class Variant:
         The attributes of a lens whose numbers it reads, and how many those are: lens_<name>(scene, lens, i) has them.
     fact : str, optional
         What a scene has to have for "auto" to call for it.
+    only : str, optional
+        What a scene has to have for it to be called for at all.
+    builds_on : tuple of str
+        The variants whose functions and numbers it uses, which come before it.
     by : tuple of str
         The attributes of a kernel's structure on which its text hangs, too: it comes behind
         kernels/effects/<name>_<value>.cl of each.
@@ -85,6 +95,8 @@ class Variant:
     adds: tuple[Output, ...] = ()
     reads: tuple[tuple[str, int], ...] = ()
     fact: Fact | None = None
+    only: Fact | None = None
+    builds_on: tuple[str, ...] = ()
     by: tuple[Literal["source", "snell"], ...] = ()
     needs: tuple[Literal["hessian"], ...] = ()
     layers: bool = False
@@ -134,9 +146,12 @@ class Effect:
 
     def called(self, asked: Value, facts: Collection[str]) -> tuple[Variant, ...]:
         """Return the variants that a value calls for in a scene of which some facts hold."""
-        if asked == "auto" and self.auto is not None:
-            return tuple(one for one in self.variants[self.auto] if one.fact is None or one.fact in facts)
-        return self.asked_for(asked)
+        is_auto = asked == "auto" and self.auto is not None
+        return tuple(
+            one
+            for one in self.asked_for(asked)
+            if (one.only is None or one.only in facts) and (not is_auto or one.fact is None or one.fact in facts)
+        )
 
     def asked_for(self, value: Value) -> tuple[Variant, ...]:
         """Return the variants that a value asks for, whatever holds of the scene."""
@@ -163,6 +178,13 @@ _TRANSMITTANCE = Output(
 )
 _WAYS = tuple(f"{of}_{axis}_by_{by}" for by in ("row", "column") for of in ("point", "turn") for axis in "xyz")
 _JACOBIAN = ("s_by_row", "s_by_column", "t_by_row", "t_by_column")
+_FRESNEL = Variant(
+    name="fresnel",
+    steers=False,
+    hooks=("start", "interface"),
+    carries=("transmittance",),
+    adds=(_TRANSMITTANCE,),
+)
 TOTAL: Fact = "total reflection is possible"
 _ROWS = (
     Effect(
@@ -207,13 +229,52 @@ _ROWS = (
         model="Fresnel's equations (Born & Wolf, Principles of Optics, 7th ed., sec. 1.5): power that is refracted",
         default=False,
         variants={
-            True: (
+            True: (_FRESNEL,),
+            "split": (
+                _FRESNEL,
                 Variant(
-                    name="fresnel",
+                    name="fresnel_front",
                     steers=False,
+                    builds_on=("fresnel",),
                     hooks=("start", "interface"),
-                    carries=("transmittance",),
-                    adds=(_TRANSMITTANCE,),
+                    carries=("reflectance",),
+                    adds=(
+                        Output(
+                            name="reflectance",
+                            members=("reflectance",),
+                            meaning="share of the light's power that the first surface reflects, met from outside",
+                        ),
+                    ),
+                ),
+                Variant(
+                    name="reflected_place",
+                    steers=False,
+                    builds_on=("fresnel", "fresnel_front"),
+                    hooks=("start", "interface"),
+                    carries=("reflected_s", "reflected_t"),
+                    adds=(
+                        Output(
+                            name="reflected_st",
+                            members=("reflected_s", "reflected_t"),
+                            meaning="where on the picture's plane the reflection lands; (-1, -1) where it does not",
+                        ),
+                    ),
+                    only="the environment is the picture",
+                ),
+                Variant(
+                    name="reflected_away",
+                    steers=False,
+                    builds_on=("fresnel", "fresnel_front"),
+                    hooks=("start", "interface"),
+                    carries=("reflected_x", "reflected_y", "reflected_z"),
+                    adds=(
+                        Output(
+                            name="reflected",
+                            members=("reflected_x", "reflected_y", "reflected_z"),
+                            meaning="unit direction of the reflection; 0 where there is none",
+                        ),
+                    ),
+                    only="the environment is an image",
                 ),
             ),
             "polarised": (

@@ -7,7 +7,8 @@ is the mean over the parallelogram that it covers on the picture, to first order
 picture pixel the two are the same. Where the map has samples of a pixel, it is their mean (`lenscl.imaging.mean`).
 Where the map says how much light gets through, its colours are dimmed by that, in linear light; alpha is not, nor is
 the colour outside. Where the map has several wavelengths, each shows its share of the picture at its own place
-(`spectrum`, `dispersed`): as many launches.
+(`spectrum`, `dispersed`): as many launches. Where it says what the first surface reflects, the light of the environment
+is added to that extent (`reflected`).
 
 Alpha is the last of 2 or 4 channels. Integers carry straight alpha and are mixed multiplied by it, so that no hidden
 colour shows; floats carry colour already multiplied (associated), as EXR does. Floats are never cut off; integers are
@@ -27,12 +28,14 @@ from numpy.typing import ArrayLike, NDArray
 from lenscl.device import Buffer, Device, Program
 from lenscl.errors import StudyError
 from lenscl.imaging.dispersed import LUMINANCE, layers_of, light_from, mixed, pixels_from
-from lenscl.imaging.encoding import DTYPES, Encoding, encode_table, encoding_of, full_scale
+from lenscl.imaging.encoding import DTYPES, Encoding, decode, encode_table, encoding_of, full_scale
 from lenscl.imaging.light import BITS, PYRAMID, light_head, light_parts, lighten, text_of
 from lenscl.imaging.mean import Means, SampledPixels, parts
+from lenscl.imaging.reflected import Panorama
 from lenscl.imaging.spectrum import spectral_matrices
 from lenscl.status import RayStatus
 
+Array: TypeAlias = NDArray[np.float64]
 Filter: TypeAlias = Literal["nearest", "bilinear", "bicubic"]
 
 _CHANNELS = (1, 2, 3, 4)
@@ -67,6 +70,15 @@ class _Ready:
     curve: Encoding
 
 
+@dataclass(frozen=True, slots=True)
+class _Mirror:
+    """A map of where reflections land."""
+
+    st: NDArray[Any]
+    status: NDArray[np.uint8]
+    device: Device
+
+
 class Painter:
     """A ray map held on its device, ready to paint any number of pictures.
 
@@ -86,6 +98,7 @@ class Painter:
     """
 
     def __init__(self, raymap: PaintableMap) -> None:
+        self._environment: str | tuple[float, ...] = getattr(getattr(raymap, "scene", None), "environment", "picture")
         self._layers = [Painter(layer) for layer in layers_of(raymap)]
         if self._layers:
             self._matrices = spectral_matrices(cast(Any, raymap).added["wavelengths"])
@@ -96,6 +109,7 @@ class Painter:
         self._places = raymap.device.upload(raymap.st)
         self._status = raymap.device.upload(raymap.status)
         added = getattr(raymap, "added", {})
+        self._added: Mapping[str, NDArray[Any]] = added
         self._weights = _weights(added)
         jacobian = added.get("jacobian")
         self._footprints = [] if jacobian is None else [raymap.device.upload(jacobian.astype(raymap.st.dtype))]
@@ -118,9 +132,12 @@ class Painter:
         picture, filter_name = _as_picture(pixels), _filter_of(filter)
         curve = encoding_of(picture.dtype, encoding)
         colour = _outside_colour(outside, picture.dtype, picture.shape[2])
-        if self._layers:
-            ready = self._layers[0]._ready(light_from(picture, curve), filter_name, "linear", light_from(colour, curve))
-            seen = mixed((layer._whole(ready) for layer in self._layers), self._matrices)
+        layers = self._layers or [self]
+        if self._layers or "reflectance" in self._added:
+            ready = layers[0]._ready(light_from(picture, curve), filter_name, "linear", light_from(colour, curve))
+            shown = self._shown(picture, curve)
+            lit = (layer._whole(ready) + layer._reflected(ready, shown) for layer in layers)
+            seen = mixed(lit, self._matrices) if self._layers else next(lit).astype(np.float64)
             painted = pixels_from(seen, picture.dtype, curve)
         else:
             painted = self._whole(self._ready(picture, filter_name, curve, colour))
@@ -160,6 +177,49 @@ class Painter:
         painted = np.empty((*self._shape, channels), picture.dtype)
         device.download(painted_there, painted)
         return painted
+
+    def _shown(self, picture: NDArray[Any], curve: Encoding) -> Panorama | Array | None:
+        """Return the environment that is reflected: an image, the light of a colour, or None for the picture itself.
+
+        A colour is given as shares of full scale, in the picture's encoding.
+        """
+        channels = picture.shape[2]
+        colours = channels - (channels % 2 == 0)
+        if not isinstance(self._environment, str):
+            colour = decode(np.array(self._environment), curve)
+            return np.broadcast_to(colour if len(colour) <= colours else colour @ LUMINANCE, (colours,))
+        return None if self._environment == "picture" else Panorama.read(self._environment, colours)
+
+    def _reflected(self, ready: _Ready, shown: Panorama | Array | None) -> Array | float:
+        """Return the light that first surfaces reflect, shape (rows, columns, C), the means of samples among it."""
+        if "reflectance" not in self._added:
+            return 0.0
+        light = self._reflection(ready, shown, self._added)
+        if self._samples is not None:
+            flat = light.reshape(-1, light.shape[-1])
+            for part in parts(self._samples, self._device):
+                flat[part.pixels] = self._reflection(ready, shown, part.added).mean(axis=1)
+        return light
+
+    def _reflection(self, ready: _Ready, shown: Panorama | Array | None, added: Mapping[str, NDArray[Any]]) -> Array:
+        share = added["reflectance"].astype(np.float64)[..., np.newaxis]
+        channels = ready.picture.shape[2]
+        colours = channels - (channels % 2 == 0)
+        if isinstance(shown, Panorama):
+            seen = shown.towards(added["reflected"])
+        elif shown is None:
+            st = added["reflected_st"]
+            is_on = ((st >= 0.0) & (st < 1.0)).all(axis=-1)
+            status = np.where(is_on, np.uint8(RayStatus.PICTURE), np.uint8(RayStatus.OFF_PICTURE))
+            mirror = Painter(_Mirror(np.ascontiguousarray(st), status, self._device))
+            program = mirror._program(ready.picture.dtype, channels, ready.filter, ready.curve)
+            plain = _Ready(program, ready.picture, ready.pixels, ready.light, ready.outside, ready.filter, ready.curve)
+            seen = mirror._whole(plain)[..., :colours].astype(np.float64)
+        else:
+            seen = shown
+        light = np.zeros((*share.shape[:-1], channels))
+        light[..., :colours] = np.where(share > 0.0, share * seen, 0.0)
+        return light
 
     def _painted(
         self,

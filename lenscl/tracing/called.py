@@ -19,6 +19,7 @@ from lenscl.tracing.start import locate
 
 _MOST_POINTS = 250  # of a study that are looked at one by one; of a longer one nothing is proved that its axes touch
 _HARMLESS = ("film.", "picture.", "numerics.max_events")  # keys that no fact hangs on
+_OF_THE_ENVIRONMENT: frozenset[Fact] = frozenset({"the environment is the picture", "the environment is an image"})
 _ROUNDINGS = 4 * 2.0**-52  # by which semi-axes of a sphere may seem to differ
 
 
@@ -93,7 +94,7 @@ def study_facts(study: Study) -> frozenset[Fact]:
     if all(key.startswith(_HARMLESS) for key in study.axes):
         return facts_of(study.scene)
     if study.point_count() > _MOST_POINTS:
-        return frozenset(_FINDERS)
+        return frozenset(_FINDERS) - _OF_THE_ENVIRONMENT | facts_of(study.scene)
     found: frozenset[Fact] = frozenset()
     for point in study.points():
         try:
@@ -126,7 +127,9 @@ def calls(scene: Scene, *, rays_given: bool = False) -> Iterator[Call]:
             why = f"asked for: {effect.beside}" if is_in else "not asked for"
             yield Call(effect=effect, variant=None, asked=asked, is_in=is_in, why=why)
         for variant in variants:
-            if asked != "auto" or variant.fact is None:
+            if variant.only is not None and not found[variant.only].holds:
+                yield Call(effect=effect, variant=variant, asked=asked, is_in=False, why=found[variant.only].why)
+            elif asked != "auto" or variant.fact is None:
                 why = _wavelengths(scene) if variant.layers else "asked for"
                 yield Call(effect=effect, variant=variant, asked=asked, is_in=True, why=why)
             else:
@@ -192,8 +195,22 @@ def _may_start_in(scene: Scene, lens: int) -> bool:
     return lens in (int(inside[0]), int(on[0]))
 
 
+def _shows_the_picture(scene: Scene, _: bool) -> Finding:
+    return _shows(scene, scene.environment == "picture", "the picture")
+
+
+def _shows_an_image(scene: Scene, _: bool) -> Finding:
+    return _shows(scene, isinstance(scene.environment, str) and scene.environment != "picture", "an image")
+
+
+def _shows(scene: Scene, holds: bool, what: str) -> Finding:
+    return Finding(holds=holds, why=f"effects.environment is {'' if holds else 'not '}{what}")
+
+
 _FINDERS: Mapping[Fact, Callable[[Scene, bool], Finding]] = {
     "a lens is opaque": _opaque,
     "a lens absorbs": _absorbs,
     "total reflection is possible": _reflects,
+    "the environment is the picture": _shows_the_picture,
+    "the environment is an image": _shows_an_image,
 }

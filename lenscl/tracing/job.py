@@ -74,7 +74,7 @@ class Job:
         scene = scene.replace({key: value for key, value in asked.items() if value is not None})
         chosen = chosen_device(wanted)
         structure = structure_of(scene, rays, ends, chosen)
-        effects_in = tuple(effect for effect in structure.effects if effect.name != without)
+        effects_in = tuple(effect for effect in structure.effects if without not in (effect.name, *effect.builds_on))
         structure = replace(structure, counts=counts, effects=effects_in)
         _check_steps(scene, structure)
         return cls(scene, codegen.kernel_source(structure), chosen, kind)

@@ -16,7 +16,7 @@ INPUTS = 2500
 
 @pytest.fixture(scope="module")
 def tally(tmp_path_factory: pytest.TempPathFactory) -> fuzz.Tally:
-    return fuzz.run(11, range(INPUTS), tmp_path_factory.mktemp("fuzz"))
+    return fuzz.run(12, range(INPUTS), tmp_path_factory.mktemp("fuzz"))
 
 
 def test_every_input_is_accepted_or_refused_by_an_error_of_ours(tally: fuzz.Tally) -> None:

@@ -21,6 +21,7 @@ ADDS: dict[tuple[str, Value], set[str]] = {
     ("absorption", "auto"): {"transmission"},
     ("fresnel", True): {"transmittance"},
     ("fresnel", "polarised"): {"transmittance"},
+    ("fresnel", "split"): {"transmittance", "reflectance", "reflected_st"},
     ("path_length", True): {"path_length"},
     ("dispersion", "rgb"): {"wavelengths"},
     ("dispersion", 4): {"wavelengths"},

@@ -1,0 +1,66 @@
+"""What the first surface of a lens reflects, as light that is added to what is seen through it.
+
+Input: what `fresnel = "split"` adds to a map, and the environment. Output: light for each film pixel, linear. A share
+`reflectance` of the light of the environment is seen where the reflection goes:
+
+- a colour, shares of full scale in the encoding of the picture that is painted, is the same everywhere;
+- the picture is met where the straight ray from the surface meets its plane, ahead; beside it there is what is outside;
+- an image is a panorama around the scene, far away: s runs once around the z axis and t from +z down to -z. Its middle
+  column lies towards +x, and columns further right towards -y, as one turns right who looks along x with z up.
+
+No lens is met on the way, and nothing is averaged but between samples of the image.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lenscl.imaging.dispersed import LUMINANCE, light_from
+from lenscl.imaging.encoding import encoding_of
+from lenscl.imaging.read import read_picture
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Panorama:
+    """An image around the scene, as linear light, shape (H, W, C)."""
+
+    light: Array
+
+    @classmethod
+    def read(cls, path: str, colours: int) -> Panorama:
+        """Read an image; one without colour is grey, and of one that has more than the picture the luminance is left.
+
+        Raises
+        ------
+        ImageError
+            If it cannot be read.
+        """
+        pixels = read_picture(path).pixels
+        pixels = pixels[..., np.newaxis] if pixels.ndim == 2 else pixels
+        light = light_from(pixels, encoding_of(pixels.dtype, None)).astype(np.float64)
+        light = light[..., : light.shape[-1] - (light.shape[-1] % 2 == 0)]
+        if light.shape[-1] > colours:
+            light = light @ LUMINANCE[:, np.newaxis]
+        return cls(np.broadcast_to(light, (*light.shape[:2], colours)))
+
+    def towards(self, directions: NDArray[Any]) -> Array:
+        """Return the light from directions, shape (..., 3) -> (..., C), bilinear between samples at (i + 1/2) / W."""
+        height, width = self.light.shape[:2]
+        x, y, z = np.moveaxis(directions.astype(np.float64), -1, 0)
+        column = (0.5 - np.arctan2(y, x) / (2.0 * np.pi)) * width - 0.5
+        row = np.clip(np.arctan2(np.hypot(x, y), z) / np.pi * height - 0.5, 0.0, height - 1.0)
+        left, above = np.floor(column).astype(int), np.minimum(np.floor(row).astype(int), max(0, height - 2))
+        across, down = (column - left)[..., np.newaxis], (row - above)[..., np.newaxis]
+        below = np.minimum(above + 1, height - 1)
+        upper, lower = (
+            (1.0 - across) * self.light[at, left % width] + across * self.light[at, (left + 1) % width]
+            for at in (above, below)
+        )
+        mixed: Array = (1.0 - down) * upper + down * lower
+        return mixed
