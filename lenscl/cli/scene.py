@@ -71,7 +71,7 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
     An EXR file is an ST map as compositors read it: red s, green 1 - t, alpha 1 on the picture. An NPZ file holds
     every array of the ray map, the samples of effects.antialias and the irradiance of effects.caustics among them, and
     the scene. With effects.dispersion the rays' arrays have an axis of wavelengths in front, and only an NPZ file
-    holds them.
+    holds them; nor does an EXR file hold samples or irradiance.
 
     With --error each pixel has a bound on the error of s and t, the larger of the two, against exact physics of the
     scene as written, in picture coordinates; in an EXR what its single precision loses is added. The bound compares:
@@ -97,6 +97,8 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
 
         error = error_map(raymap)
     write_map(output, raymap, error)
+    if output.suffix.lower() == ".exr" and (raymap.samples is not None or raymap.caustic is not None):
+        click.echo("note: an .exr holds neither samples nor irradiance; write an .npz for those", err=True)
     _report(output, raymap, achieved)
     if error is not None:
         click.echo(_bounded(raymap, error, max(largest_size(study.scene, study.images))), err=True)

@@ -12,7 +12,8 @@ A tube is cut into 4 x 4 whose corners are traced, those again into 4 x 4 and th
 - torn: its corners' rays end otherwise, or meet other surfaces; what is torn to the last goes where the ray through its
   middle goes. Rays that land beside the picture and those that land on it are one sheet: its edge tears nothing;
 - folded, or crossed by a jump: all corners of a film's pixel are edges by the rule of `lenscl.tracing.samples`;
-- bent: its corners gather the light unevenly, by more than a tenth, over more than half a cell.
+- bent: its corners gather the light unevenly, by more than a tenth, over more than half a cell;
+- at a small lens: where a lens's box covers few film pixels, corners of whole pixels may pass beside it.
 
 So irradiance is that of exact optics but for how it changes across such a tube. Without lenses that is by how much the
 light changes across a film pixel, some four times its angle as the source sees it.
@@ -35,6 +36,7 @@ from lenscl.tracing.film import rays_through
 from lenscl.tracing.flux import flux_of_cells, flux_through
 from lenscl.tracing.launch import trace
 from lenscl.tracing.overlap import drop, spread
+from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import Caustic, RayMap
 from lenscl.tracing.samples import edges, trace_given
 
@@ -44,6 +46,7 @@ _SEEN = 0.5  # cells: what is smaller shows no shape
 _WIDEST = 2.0**16  # cells up to which a tube may reach: farther out, places have lost digits that areas need
 _TUBES = 2**18  # that are handled at a time
 _TOGETHER = 2**14  # that are cut at a time
+_SMALL = 8.0  # film pixels across a lens's box below which those around it are cut
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of sRGB's primaries: IEC 61966-2-1:1999
 _LANDS = tuple(int(status) for status in RayStatus if status.lands)
 # A tube's corners on a grid of corners: corner, right, down, far
@@ -188,6 +191,7 @@ def _lit(raymap: RayMap) -> RayMap:
     is_edge = edges(replace(grid, status=np.where(is_sheet, np.uint8(RayStatus.PICTURE), grid.status)))
     size = scene.picture.size
     cut = np.logical_and.reduce([is_edge[part] for part in _CORNERS]) | _is_wide(rays, size) | _is_bent(rays, size)
+    cut |= _at_small_lenses(scene)
 
     account = _Account(scene)
     band = max(1, _TUBES // film.columns)
@@ -202,12 +206,35 @@ def _lit(raymap: RayMap) -> RayMap:
         caustic=Caustic(
             irradiance=account.cells / direct,
             flux=total,
-            shares=Frozen({name: light / total for name, light in account.ends.items()}),
+            shares=Frozen({name: light / total + 0.0 for name, light in account.ends.items()}),  # no -0
             cut=int(cut.sum()),
         ),
         trace_seconds=sum((record["trace_seconds"] for record in records), raymap.trace_seconds + grid.trace_seconds),
         escalated=sum((record["escalated"] for record in records), raymap.escalated + grid.escalated),
     )
+
+
+def _at_small_lenses(scene: Scene) -> NDArray[np.bool_]:
+    """Say which film pixels the straight rays to the box of a lens go through that is few pixels wide on the film."""
+    film = scene.film
+    found = np.zeros((film.rows, film.columns), dtype=bool)
+    corner, right, down = (np.asarray(v, dtype=np.float64) for v in (film.corner, film.right, film.down))
+    normal = np.cross(right, down)
+    spans = np.linalg.pinv(np.stack([right / film.columns, down / film.rows], axis=1))
+    for lens in scene.lenses:
+        box = Placement.of(lens).corners()
+        along = box - scene.source.at if scene.source.at is not None else np.asarray(scene.source.direction)
+        with np.errstate(all="ignore"):
+            times = ((box - corner) @ normal) / (along @ normal)
+            places = (box - times[:, None] * along - corner) @ spans.T
+            # A point source looks at a box ahead of it alone
+            is_ahead = scene.source.at is None or bool((times < 1.0).all())
+        if not is_ahead or not np.isfinite(places).all() or np.ptp(places, axis=0).min() >= _SMALL:
+            continue
+        low = np.clip(np.floor(places.min(axis=0)) - 1, 0, film.size).astype(int)
+        high = np.clip(np.ceil(places.max(axis=0)) + 1, 0, film.size).astype(int)
+        found[low[1] : high[1], low[0] : high[0]] = True
+    return found
 
 
 def _add_cut(account: _Account, raymap: RayMap, at: Array) -> None:

@@ -56,8 +56,8 @@ def with_samples(raymap: RayMap) -> RayMap:
         return raymap
     try:
         return _sampled(raymap)
-    except TraceError as error:
-        if not isinstance(error.__cause__, MemoryError):
+    except (TraceError, MemoryError) as error:
+        if isinstance(error, TraceError) and not isinstance(error.__cause__, MemoryError):
             raise
         raise TraceError(
             "effects.antialias: there is no memory for so many rays; ask for fewer a pixel, "

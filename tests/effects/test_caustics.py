@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -14,6 +15,7 @@ from lenscl import RayStatus, StudyError, trace
 from lenscl.config import Scene
 from lenscl.errors import TraceError
 from lenscl.imaging import light, write_map
+from lenscl.imaging.spectrum import spectral_matrices
 from lenscl.tracing import RayMap, caustics
 from lenscl.tracing.flux import flux_of_cells, flux_through
 from lenscl.tracing.samples import finer
@@ -270,3 +272,32 @@ def test_no_memory_for_the_light_is_said_with_the_key(monkeypatch: pytest.Monkey
 def test_screens_that_get_no_light_are_refused(more: dict[str, Any], says: str) -> None:
     with pytest.raises(StudyError, match=rf"^effects\.caustics: {says}"):
         lit(AWAY, **more)
+
+
+@pytest.mark.parametrize("effects", [{"dispersion": 4}, {"dispersion": "rgb", "fresnel": True}])
+def test_each_wavelength_lights_the_picture_as_if_it_were_alone(effects: dict[str, Any]) -> None:
+    found = lit({"surface": "sphere", "r": 0.5, "n": "SF11"}, columns=16, cells=20, effects=effects)
+    alone = [trace(scene).irradiance for scene in found.scene.layers()]
+    np.testing.assert_array_equal(found.irradiance, np.stack(alone))
+    apart = [np.abs(one - other).max() for one, other in itertools.pairwise(alone)]
+    assert min(apart) > 1e-3
+    white = light(found, np.ones((4, 4, 3), np.float32))
+    shares = spectral_matrices(found.wavelengths).sum(axis=2)
+    np.testing.assert_allclose(white, np.einsum("kc,kij->ijc", shares, found.irradiance), atol=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("lens", "columns"),
+    [({"surface": "sphere", "r": 0.3}, 1), ({"surface": "sphere", "r": 0.3}, 3), ({"surface": "heart"}, 2),
+     ({"surface": "sphere", "r": 0.06, "absorbs": True}, 16)],
+)  # fmt: skip
+def test_a_lens_of_few_film_pixels_is_not_passed_by(lens: dict[str, Any], columns: int) -> None:
+    def shares(film: int) -> NDArray[np.float64]:
+        found = lit(lens, columns=film, cells=16, effects={"fresnel": True})
+        assert found.caustic is not None
+        assert found.caustic.cut > 0
+        return np.array([found.caustic.shares["reflected"], found.caustic.shares["blocked"]])
+
+    coarse, fine = shares(columns), shares(96)
+    assert fine.max() > 1e-3
+    np.testing.assert_allclose(coarse, fine, rtol=0.25, atol=2e-4)
