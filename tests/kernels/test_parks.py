@@ -58,6 +58,7 @@ def test_a_map_is_the_same_whether_rays_are_put_aside_or_not(
         np.testing.assert_array_equal(getattr(parked, array), getattr(alone, array))
 
 
+@pytest.mark.users_widths  # packets of few lanes put none aside
 def test_given_rays_are_put_aside_too(aside: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(5)
     o = np.tile([0.0, 0.0, 4.0], (5000, 1))
