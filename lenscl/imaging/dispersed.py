@@ -55,7 +55,7 @@ def light_from(pixels: NDArray[Any], encoding: Encoding) -> NDArray[Any]:
     """Return pixels (..., C) as light in floats, straight alpha multiplied in: float64 from 64 bits, else float32."""
     if pixels.dtype.kind != "u":
         return decode(pixels, encoding).astype(np.float64 if pixels.dtype.itemsize == 8 else np.float32)
-    colours = _colours(pixels.shape[-1])
+    colours = colours_of(pixels.shape[-1])
     ratios = pixels.astype(np.float32) / np.float32(full_scale(pixels.dtype))
     light = decode_table(pixels.dtype.name)[pixels] if encoding == "srgb" else ratios
     if colours == pixels.shape[-1]:
@@ -70,7 +70,7 @@ def pixels_from(light: Array, dtype: np.dtype[Any], encoding: Encoding) -> NDArr
     Light beyond what an integer can say is cut off: a single wavelength has no colour within sRGB. Where an integer's
     alpha is 0 its colour is, too.
     """
-    colours = _colours(light.shape[-1])
+    colours = colours_of(light.shape[-1])
     if dtype.kind != "u" or colours == light.shape[-1]:
         return encode(light, dtype, encoding)
     alpha = encode(light[..., colours:], dtype, "linear")
@@ -87,7 +87,7 @@ def mixed(painted: Iterable[NDArray[Any]], matrices: Array) -> Array:
     total: Array | None = None
     for picture, matrix in zip(painted, matrices, strict=True):
         channels = picture.shape[-1]
-        colours = _colours(channels)
+        colours = colours_of(channels)
         weights = np.zeros((channels, channels))
         weights[:colours, :colours] = matrix if colours == 3 else LUMINANCE @ matrix.sum(axis=1)
         weights[colours:, colours:] = 1.0 / len(matrices)
@@ -98,5 +98,6 @@ def mixed(painted: Iterable[NDArray[Any]], matrices: Array) -> Array:
     return total
 
 
-def _colours(channels: int) -> int:
+def colours_of(channels: int) -> int:
+    """Return how many of so many channels are colours: alpha is the last of 2 or 4."""
     return channels - (channels % 2 == 0)

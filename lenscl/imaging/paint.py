@@ -18,8 +18,8 @@ held within their range, where a bicubic mix can overshoot.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import Any, Literal, Protocol, TypeAlias, cast, get_args
 
 import numpy as np
@@ -27,11 +27,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from lenscl.device import Buffer, Device, Program
 from lenscl.errors import StudyError
-from lenscl.imaging.dispersed import LUMINANCE, layers_of, light_from, mixed, pixels_from
-from lenscl.imaging.encoding import DTYPES, Encoding, decode, encode_table, encoding_of, full_scale
+from lenscl.imaging.dispersed import LUMINANCE, colours_of, layers_of, light_from, mixed, pixels_from
+from lenscl.imaging.encoding import DTYPES, Encoding, encode_table, encoding_of, full_scale
 from lenscl.imaging.light import BITS, PYRAMID, light_head, light_parts, lighten, text_of
 from lenscl.imaging.mean import Means, SampledPixels, parts
-from lenscl.imaging.reflected import Panorama
+from lenscl.imaging.reflected import Panorama, reflection, shown_by
 from lenscl.imaging.spectrum import spectral_matrices
 from lenscl.status import RayStatus
 
@@ -135,7 +135,7 @@ class Painter:
         layers = self._layers or [self]
         if self._layers or "reflectance" in self._added:
             ready = layers[0]._ready(light_from(picture, curve), filter_name, "linear", light_from(colour, curve))
-            shown = self._shown(picture, curve)
+            shown = shown_by(self._environment, picture.shape[2], curve)
             lit = (layer._whole(ready) + layer._reflected(ready, shown) for layer in layers)
             seen = mixed(lit, self._matrices) if self._layers else next(lit).astype(np.float64)
             painted = pixels_from(seen, picture.dtype, curve)
@@ -178,48 +178,25 @@ class Painter:
         device.download(painted_there, painted)
         return painted
 
-    def _shown(self, picture: NDArray[Any], curve: Encoding) -> Panorama | Array | None:
-        """Return the environment that is reflected: an image, the light of a colour, or None for the picture itself.
-
-        A colour is given as shares of full scale, in the picture's encoding.
-        """
-        channels = picture.shape[2]
-        colours = channels - (channels % 2 == 0)
-        if not isinstance(self._environment, str):
-            colour = decode(np.array(self._environment), curve)
-            return np.broadcast_to(colour if len(colour) <= colours else colour @ LUMINANCE, (colours,))
-        return None if self._environment == "picture" else Panorama.read(self._environment, colours)
-
     def _reflected(self, ready: _Ready, shown: Panorama | Array | None) -> Array | float:
         """Return the light that first surfaces reflect, shape (rows, columns, C), the means of samples among it."""
         if "reflectance" not in self._added:
             return 0.0
-        light = self._reflection(ready, shown, self._added)
+        mirrored, channels = partial(self._mirrored, ready), ready.picture.shape[2]
+        light = reflection(shown, self._added, channels, mirrored)
         if self._samples is not None:
             flat = light.reshape(-1, light.shape[-1])
             for part in parts(self._samples, self._device):
-                flat[part.pixels] = self._reflection(ready, shown, part.added).mean(axis=1)
+                flat[part.pixels] = reflection(shown, part.added, channels, mirrored).mean(axis=1)
         return light
 
-    def _reflection(self, ready: _Ready, shown: Panorama | Array | None, added: Mapping[str, NDArray[Any]]) -> Array:
-        share = added["reflectance"].astype(np.float64)[..., np.newaxis]
-        channels = ready.picture.shape[2]
-        colours = channels - (channels % 2 == 0)
-        if isinstance(shown, Panorama):
-            seen = shown.towards(added["reflected"])
-        elif shown is None:
-            st = added["reflected_st"]
-            is_on = ((st >= 0.0) & (st < 1.0)).all(axis=-1)
-            status = np.where(is_on, np.uint8(RayStatus.PICTURE), np.uint8(RayStatus.OFF_PICTURE))
-            mirror = Painter(_Mirror(np.ascontiguousarray(st), status, self._device))
-            program = mirror._program(ready.picture.dtype, channels, ready.filter, ready.curve)
-            plain = _Ready(program, ready.picture, ready.pixels, ready.light, ready.outside, ready.filter, ready.curve)
-            seen = mirror._whole(plain)[..., :colours].astype(np.float64)
-        else:
-            seen = shown
-        light = np.zeros((*share.shape[:-1], channels))
-        light[..., :colours] = np.where(share > 0.0, share * seen, 0.0)
-        return light
+    def _mirrored(self, ready: _Ready, st: NDArray[Any]) -> NDArray[Any]:
+        """Return the picture's light at places of its plane, and the light outside beside it."""
+        is_on = ((st >= 0.0) & (st < 1.0)).all(axis=-1)
+        status = np.where(is_on, np.uint8(RayStatus.PICTURE), np.uint8(RayStatus.OFF_PICTURE))
+        mirror = Painter(_Mirror(np.ascontiguousarray(st), status, self._device))
+        program = mirror._program(ready.picture.dtype, ready.picture.shape[2], ready.filter, ready.curve)
+        return mirror._whole(replace(ready, program=program))
 
     def _painted(
         self,
@@ -345,7 +322,7 @@ def _outside_colour(outside: ArrayLike, dtype: np.dtype[Any], channels: int) -> 
     """Return one stored number a channel."""
     values = np.atleast_1d(np.asarray(outside, dtype=np.float64))
     most = full_scale(dtype)
-    colours = channels - (channels % 2 == 0)
+    colours = colours_of(channels)
     if values.ndim != 1 or (len(values) not in (1, colours, channels) and not _is_grey(values, colours)):
         raise StudyError(
             [f"outside: {values.size} numbers for a picture of {channels} channels; expected 1, or one a channel"]
@@ -405,7 +382,7 @@ def _source(
         "STORED": BITS[dtype.itemsize],
         "WORK": "double" if dtype.itemsize == 8 and mixes else "float",
         "CHANNELS": channels,
-        "COLOURS": channels - (channels % 2 == 0),
+        "COLOURS": colours_of(channels),
         "ON_PICTURE": int(RayStatus.PICTURE),
     }
     names: Sequence[str] = ("paint_nearest.cl",)

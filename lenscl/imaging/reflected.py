@@ -13,14 +13,15 @@ No lens is met on the way, and nothing is averaged but between samples of the im
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.imaging.dispersed import LUMINANCE, light_from
-from lenscl.imaging.encoding import encoding_of
+from lenscl.imaging.dispersed import LUMINANCE, colours_of, light_from
+from lenscl.imaging.encoding import Encoding, decode, encoding_of
 from lenscl.imaging.read import read_picture
 
 Array = NDArray[np.float64]
@@ -44,7 +45,7 @@ class Panorama:
         pixels = read_picture(path).pixels
         pixels = pixels[..., np.newaxis] if pixels.ndim == 2 else pixels
         light = light_from(pixels, encoding_of(pixels.dtype, None)).astype(np.float64)
-        light = light[..., : light.shape[-1] - (light.shape[-1] % 2 == 0)]
+        light = light[..., : colours_of(light.shape[-1])]
         if light.shape[-1] > colours:
             light = light @ LUMINANCE[:, np.newaxis]
         return cls(np.broadcast_to(light, (*light.shape[:2], colours)))
@@ -64,3 +65,43 @@ class Panorama:
         )
         mixed: Array = (1.0 - down) * upper + down * lower
         return mixed
+
+
+def shown_by(environment: str | tuple[float, ...], channels: int, curve: Encoding) -> Panorama | Array | None:
+    """Return what an environment shows: an image, the light of a colour, or None for the picture itself.
+
+    A colour is given as shares of full scale, in the picture's encoding.
+    """
+    colours = colours_of(channels)
+    if not isinstance(environment, str):
+        colour = decode(np.array(environment), curve)
+        return np.broadcast_to(colour if len(colour) <= colours else colour @ LUMINANCE, (colours,))
+    return None if environment == "picture" else Panorama.read(environment, colours)
+
+
+def reflection(
+    shown: Panorama | Array | None,
+    added: Mapping[str, NDArray[Any]],
+    channels: int,
+    mirrored: Callable[[NDArray[Any]], NDArray[Any]],
+) -> Array:
+    """Return the light that first surfaces reflect, shape (rows, columns, C).
+
+    Parameters
+    ----------
+    shown
+        As `shown_by` returns it.
+    added : mapping of str to array
+        What the effects add to the map.
+    channels : int
+    mirrored : callable
+        The picture's light at places of its plane, shape (rows, columns, 2).
+    """
+    share, colours = added["reflectance"].astype(np.float64)[..., np.newaxis], colours_of(channels)
+    if isinstance(shown, Panorama):
+        seen = shown.towards(added["reflected"])
+    else:
+        seen = mirrored(added["reflected_st"])[..., :colours].astype(np.float64) if shown is None else shown
+    light = np.zeros((*share.shape[:-1], channels))
+    light[..., :colours] = np.where(share > 0.0, share * seen, 0.0)
+    return light
