@@ -154,9 +154,9 @@ def _read_expression(text: str, deep: bool) -> None:
     methods = [row for name in METHODS if (row := choose(name, is_polynomial=surface.polynomial_form is not None))]
     _check_text(
         Structure(
-            lenses=(surface,),
+            lenses={0: surface},
             rays=("point", "parallel", "given")[number % 3],  # type: ignore[arg-type]
-            methods=(methods[number % len(methods)],),
+            methods={0: methods[number % len(methods)]},
             ends="map",
             snell="exact",
             effects=called({}, facts={TOTAL}),

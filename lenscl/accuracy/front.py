@@ -286,7 +286,7 @@ def _tried(raymap: RayMap, ns: tuple[float, ...], **known: Any) -> Tried:
     structure, rays = raymap.kernel.structure, raymap.status.size
     return Tried(
         **known,
-        searches=tuple(method.name for method in structure.methods),
+        searches=tuple(method.name for method in structure.methods.values()),
         ns=ns,
         undecided=float((raymap.status == RayStatus.UNDECIDED).mean()),
         escalated=raymap.escalated / rays,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -24,10 +25,10 @@ def explain_study(study: Study, *, as_json: bool) -> None:
     from lenscl import device
     from lenscl.accuracy import largest_size, planner_of
     from lenscl.accuracy.ablation import ablate
-    from lenscl.tracing import calls, study_facts, with_facts
+    from lenscl.tracing import calls, study_needs, with_needs
 
     chosen = device.choose()
-    scene = with_facts(study.scene, study_facts(study))
+    scene = with_needs(study.scene, study_needs(study))
     if scene.numerics.accuracy is not None:
         plan = planner_of(chosen).plan(scene, largest_size(scene, study.images))
         click.echo(plain(f"accuracy: {plan.achieved}"), err=True)
@@ -39,19 +40,28 @@ def explain_study(study: Study, *, as_json: bool) -> None:
         _print(study, scene, found, timed, chosen)
 
 
-def _always(scene: Scene) -> list[tuple[str, bool, str, str]]:
-    """Return what belongs to every kernel: its name, whether it is in, its fragment, and why."""
-    bends = "at every entry and exit"
-    rows = [("refraction", True, f"snell_{scene.numerics.snell}", f"{bends}, by the {scene.numerics.snell} law")]
-    others = [scene.lens_key(number) for number, lens in enumerate(scene.lenses) if not lens.surface.is_convex]
-    why = f"a ray may meet {' and '.join(others)} again" if others else "no ray that left a convex solid meets it again"
-    return [*rows, ("re-entry", bool(others), "", why)]
+def _always(scene: Scene) -> Iterator[tuple[str, bool, str, str, str]]:
+    """Yield what no key asks for: its name, whether it is in, "always" or "derived", its fragment, and why."""
+    from lenscl.tracing import reach_of
+
+    law = scene.numerics.snell
+    yield "refraction", True, "always", f"snell_{law}", f"at every entry and exit, by the {law} law"
+    reached = reach_of(scene)
+    again = [scene.lens_key(number) for number in reached if not scene.lenses[number].surface.is_convex]
+    if again:
+        yield "re-entry", True, "always", "", f"a ray may meet {' and '.join(again)} again"
+    else:
+        yield "re-entry", False, "derived", "", "no ray that left a convex solid meets it again"
+    if len(scene.lenses) > 1:
+        beyond = "neither the film's rays nor any that lenses have bent get to it"
+        for number in range(len(scene.lenses)):
+            yield scene.lens_key(number), number in reached, "derived", "", reached.get(number, beyond)
 
 
 def _print(study: Study, scene: Scene, found: list[Call], timed: Ablation, chosen: Device) -> None:
     rows = [
-        (name, "in" if is_in else "out", "always" if is_in else "derived", fragment, "", why)
-        for name, is_in, fragment, why in _always(scene)
+        (name, "in" if is_in else "out", decided, fragment, "", plain(why))
+        for name, is_in, decided, fragment, why in _always(scene)
     ]
     for call in found:
         cost = timed.costs.get(call.variant.name) if call.variant else None
@@ -102,7 +112,7 @@ def _document(study: Study, scene: Scene, found: list[Call], timed: Ablation, ch
         "points": study.point_count(),
         "effects": [
             {"effect": name, "in": is_in, "asked": None, "fragment": fragment or None, "why": why, "cost": None}
-            for name, is_in, fragment, why in _always(scene)
+            for name, is_in, _, fragment, why in _always(scene)
         ]
         + [
             {

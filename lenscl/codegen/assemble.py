@@ -48,7 +48,7 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         located("placement.cl"),
         *(located(f"{name}.cl") for name in structure.needs),
         *searches(structure),
-        *(piece for number in range(len(structure.lenses)) for piece in _lens(structure, number)),
+        *(piece for number in structure.lenses for piece in _lens(structure, number)),
         *([located(f"total_{_possible(structure)}.cl")] if structure.snell == "exact" else []),
         located(f"snell_{structure.snell}.cl"),
         located("screen.cl"),
@@ -79,8 +79,8 @@ def _packets(structure: Structure) -> str:
 
 def _banner(structure: Structure) -> str:
     effects = ", ".join(effect.name for effect in structure.effects) or "none"
-    methods = "; ".join(dict.fromkeys(f"{method.name} {method.guarantee}" for method in structure.methods))
-    lenses = ", ".join(structure.prefix(number) for number in range(len(structure.lenses)))
+    methods = "; ".join(dict.fromkeys(f"{method.name} {method.guarantee}" for method in structure.methods.values()))
+    lenses = ", ".join(structure.prefix(number) for number in structure.lenses)
     return (
         f"// lenses   {lenses}\n// rays     {structure.rays}\n"
         f"// method   {methods}\n"
@@ -106,8 +106,9 @@ def _lens_numbers(structure: Structure) -> Iterator[str]:
     for name, _ in structure.lens_reads:
         lines = [f"static inline realv lens_{name}(const scene_t *scene, maskv lens, int i) {{"]
         spelled = f"{name}[i]" if dict(structure.lens_reads)[name] > 1 else name
-        lines.append(f"  realv found = (realv)scene->lens_0.{spelled};")
-        for number in range(1, len(structure.lenses)):
+        first, *others = structure.lenses
+        lines.append(f"  realv found = (realv)scene->lens_{first}.{spelled};")
+        for number in others:
             lines.append(f"  found = lens == (maskv){number} ? (realv)scene->lens_{number}.{spelled} : found;")
         yield "\n".join([*lines, "  return found;", "}\n"])
 
@@ -125,7 +126,7 @@ def _surface_calls(structure: Structure) -> Iterator[str]:
     for name in structure.needs:
         yield generated("functions of a packet's surfaces")
         yield f"static inline void at_lens_{name}(const scene_t *scene, maskv lens, {name}_t *asked) {{"
-        for number in range(len(structure.lenses)):
+        for number in structure.lenses:
             yield f"  const maskv is_{number} = lens == (maskv){number};"
             call = f"lens_{number}_{name}(&scene->lens_{number}, scene->shape_{number}, is_{number}, asked)"
             yield f"  if (any_lane(is_{number})) {call};"
@@ -133,7 +134,7 @@ def _surface_calls(structure: Structure) -> Iterator[str]:
 
 
 def _calls(structure: Structure) -> Iterator[str]:
-    numbers = range(len(structure.lenses))
+    numbers = structure.lenses
     yield "static inline void start(ray_t *ray, const scene_t *scene) {"
     for i in numbers:
         yield f"  lens_{i}_start(ray, &scene->lens_{i}, scene->shape_{i});"

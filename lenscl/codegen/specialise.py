@@ -1,13 +1,13 @@
 """Decide what is baked into a kernel and what is an argument.
 
-Baked in: the form of every surface, how many lenses there are, the kind of source, the method, Snell's rule, the
+Baked in: the form of every surface, which lenses rays may reach, the kind of source, the method, Snell's rule, the
 effects, precision and packet width. Arguments: every number of the scene. A sweep over numbers therefore builds one
 program, and the kernel cache grows with forms, not with values.
 """
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, fields
 from typing import Literal
 
@@ -24,9 +24,9 @@ _RAY_WORDS = 11
 class Structure:
     """All that decides the text of a trace kernel."""
 
-    lenses: tuple[Surface, ...]  # the surface of each lens, in the scene's order
+    lenses: Mapping[int, Surface]  # of the lenses that rays may reach, by their numbers in the scene
     rays: Literal["point", "parallel", "given"]
-    methods: tuple[Method, ...]  # of each lens
+    methods: Mapping[int, Method]  # of each of them
     ends: Literal["map", "legs"]  # what is kept of a ray: its place alone, or its last leg, too
     snell: Literal["exact", "paraxial"]
     effects: tuple[Variant, ...]
@@ -39,8 +39,8 @@ class Structure:
 
     def form(self) -> tuple[Hashable, ...]:
         """Return all that the text hangs on, as values to compare by."""
-        surfaces = tuple(surface.key for surface in self.lenses)
-        names = tuple(method.name for method in self.methods), tuple(effect.name for effect in self.effects)
+        surfaces = tuple((number, surface.key) for number, surface in self.lenses.items())
+        names = tuple(one.name for one in self.methods.values()), tuple(effect.name for effect in self.effects)
         rest = (getattr(self, each.name) for each in fields(self) if each.name not in ("lenses", "methods", "effects"))
         return (surfaces, *names, *rest)
 
@@ -50,19 +50,19 @@ class Structure:
         A surface that two methods search is two.
         """
         found: dict[str, Surface] = {}
-        for lens, surface in enumerate(self.lenses):
+        for lens, surface in self.lenses.items():
             if self._first_alike(lens) == lens:
                 found[_free_name(surface.name, found)] = surface
         return found
 
     def prefix(self, lens: int) -> str:
         """Return the C prefix of a lens's surface."""
-        firsts = [other for other in range(len(self.lenses)) if self._first_alike(other) == other]
+        firsts = [other for other in self.lenses if self._first_alike(other) == other]
         return list(self.surfaces())[firsts.index(self._first_alike(lens))]
 
     def method(self, prefix: str) -> Method:
         """Return the method that searches a surface, by its C prefix."""
-        return next(method for lens, method in enumerate(self.methods) if self.prefix(lens) == prefix)
+        return next(method for lens, method in self.methods.items() if self.prefix(lens) == prefix)
 
     @property
     def carried(self) -> Literal["single", "double"]:
@@ -76,8 +76,8 @@ class Structure:
 
     def _first_alike(self, lens: int) -> int:
         """Return the first lens with the same surface and method."""
-        forms = [(surface.key, method.name) for surface, method in zip(self.lenses, self.methods, strict=True)]
-        return forms.index(forms[lens])
+        forms = {other: (surface.key, self.methods[other].name) for other, surface in self.lenses.items()}
+        return next(other for other, form in forms.items() if form == forms[lens])
 
     @property
     def ray_words(self) -> int:
@@ -111,7 +111,7 @@ class Structure:
 
     def reads(self) -> tuple[str, ...]:
         """Return the keys of [numerics] that any method reads, each once."""
-        return tuple(dict.fromkeys(key for method in self.methods for key in method.reads))
+        return tuple(dict.fromkeys(key for method in self.methods.values() for key in method.reads))
 
 
 def lens_struct(structure: Structure) -> Struct:
@@ -130,7 +130,7 @@ def layout(structure: Structure) -> Layout:
         Member("method", method_struct(structure)),
         Member("n_medium", comment="index around the lenses"),
     ]
-    for number in range(len(structure.lenses)):
+    for number in structure.lenses:
         members += [
             Member(f"lens_{number}", lens_struct(structure)),
             Member(f"shape_{number}", shapes[structure.prefix(number)]),

@@ -16,7 +16,7 @@ every problem, each led by its TOML key. Nothing in a study file can run code.
 from __future__ import annotations
 
 from lenscl.config.accuracy import Accuracy
-from lenscl.config.scene import Effects, Film, Lens, Numerics, Picture, Scene, Source
+from lenscl.config.scene import Effects, Film, Lens, Needs, Numerics, Picture, Scene, Source
 from lenscl.config.study import Output, Point, Study, load_study, parse_override, scene_from_toml, study_from_toml
 from lenscl.config.sweep import Sweep
 from lenscl.config.tables import study_schema
@@ -26,6 +26,7 @@ __all__ = [
     "Effects",
     "Film",
     "Lens",
+    "Needs",
     "Numerics",
     "Output",
     "Picture",

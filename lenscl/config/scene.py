@@ -167,6 +167,26 @@ class Numerics:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Needs:
+    """What a kernel has to be able to do for some scenes.
+
+    Attributes
+    ----------
+    facts : frozenset of str
+        What effects ask whether it holds, and does of any of them.
+    lenses : frozenset of int
+        The lenses that rays may reach in any of them, by number.
+    """
+
+    facts: frozenset[Fact] = frozenset()
+    lenses: frozenset[int] = frozenset()
+
+    def __or__(self, other: Needs) -> Needs:
+        """Return what the scenes of both need."""
+        return Needs(facts=self.facts | other.facts, lenses=self.lenses | other.lenses)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Scene:
     """Everything that decides where a ray goes, and how its colour is looked up."""
 
@@ -179,8 +199,8 @@ class Scene:
     numerics: Numerics
     # What lenses reflect: "picture", the path of an image, or a colour in the picture's own encoding
     environment: str | tuple[float, ...] = "picture"
-    # What effects ask whether it holds, and does at some point of the study that the scene belongs to
-    facts: frozenset[Fact] = field(default=frozenset(), compare=False, repr=False)
+    # What other points need of the study that the scene belongs to
+    needs: Needs = field(default=Needs(), compare=False, repr=False)
 
     @property
     def n_medium(self) -> float:
@@ -243,7 +263,7 @@ class Scene:
         from lenscl.config.build import scene_from_document
         from lenscl.config.keys import changed
 
-        return replace(scene_from_document(changed(self.document(), changes)), facts=self.facts)
+        return replace(scene_from_document(changed(self.document(), changes)), needs=self.needs)
 
     def document(self) -> dict[str, Any]:
         """Return the scene as the tables of a study file, complete and in a fixed order."""

@@ -13,12 +13,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from lenscl.config import Point, Scene, Study
-from lenscl.effects import Fact
+from lenscl.config import Needs, Point, Scene, Study
 from lenscl.errors import StudyError
 from lenscl.sweep.pictures import SourcePicture, as_text, survey
 from lenscl.sweep.store import Planned
-from lenscl.tracing import study_facts, with_facts
+from lenscl.tracing import study_needs, with_needs
 from lenscl.version import program_version
 
 _INDEX_DIGITS = 5  # as many as max_points has by default: adding points to a study renames no output
@@ -78,13 +77,13 @@ class SweepPlan:
         return self._metadata(_described(point), point.values, picture)
 
     @cached_property
-    def facts(self) -> frozenset[Fact]:
-        """What holds at any point, on which it hangs what `auto` compiles in: the same at all points."""
-        return study_facts(self.study)
+    def needs(self) -> Needs:
+        """What any point needs, on which it hangs what `auto` compiles in: the same at all points."""
+        return study_needs(self.study)
 
     def scene_of(self, point: Point) -> Scene:
         """Return a point's scene as it is traced."""
-        return with_facts(point.scene, self.facts)
+        return with_needs(point.scene, self.needs)
 
     def structures(self) -> Iterator[tuple[Point, str]]:
         """Yield every point with a text of what may decide its kernel: equal texts, equal kernels.

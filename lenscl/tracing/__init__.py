@@ -7,7 +7,7 @@ on any image; painting with it is `lenscl.imaging`'s work.
 from __future__ import annotations
 
 from lenscl.tracing.beside import complete
-from lenscl.tracing.called import Call, calls, study_facts, with_facts
+from lenscl.tracing.called import Call, calls, reach_of, study_needs, with_needs
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.follow import Ends, Follower, PixelFollower
 from lenscl.tracing.job import methods_of
@@ -41,10 +41,11 @@ __all__ = [
     "locate",
     "methods_of",
     "picture_numbers",
-    "study_facts",
+    "reach_of",
+    "study_needs",
     "trace",
     "trace_rays",
     "trace_to_judge",
     "trace_without",
-    "with_facts",
+    "with_needs",
 ]

@@ -1,25 +1,27 @@
-"""Which effects a scene calls for, and why: what `auto` decides, from indices and geometry.
+"""Which effects a scene calls for, which lenses its rays may reach, and why: from indices and geometry.
 
-Input: a scene, or a study with all its points. Output: the facts that hold, each with its reason. A fact is said not to
-hold only where that is proved; so what is left out changes no ray.
+Input: a scene, or a study with all its points. Output: the facts that hold, and the lenses, each with its reason. A
+fact is said not to hold, and a lens to be out of reach, only where that is proved; so what is left out changes no ray.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lenscl.config import Lens, Scene, Study
-from lenscl.config.scene import Effects
+from lenscl.config import Effects, Lens, Needs, Scene, Study
 from lenscl.effects import EFFECTS, Effect, Fact, Value, Variant
 from lenscl.errors import StudyError
+from lenscl.tracing.reach import reached
 from lenscl.tracing.start import locate
 
 _MOST_POINTS = 250  # of a study that are looked at one by one; of a longer one nothing is proved that its axes touch
-_HARMLESS = ("film.", "picture.", "numerics.max_events")  # keys that no fact hangs on
+_HARMLESS = ("picture.", "numerics.max_events")  # keys on which nothing of this hangs
+_HARMLESS_TO_FACTS = (*_HARMLESS, "film.")  # of any lens, whether it is reached or not
 _OF_THE_ENVIRONMENT: frozenset[Fact] = frozenset({"the environment is the picture", "the environment is an image"})
+_ELSEWHERE = "another point of the study needs it"
 _ROUNDINGS = 4 * 2.0**-52  # by which semi-axes of a sphere may seem to differ
 
 
@@ -29,6 +31,9 @@ class Finding:
 
     holds: bool
     why: str
+
+
+_Finder = Callable[[Scene, Collection[int], bool], Finding]  # of a scene, some of its lenses, and as `findings`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +60,7 @@ class Call:
 
 
 def findings(scene: Scene, *, rays_given: bool = False) -> dict[Fact, Finding]:
-    """Return what holds of a scene.
+    """Return what holds of the lenses of a scene that its rays may reach.
 
     Parameters
     ----------
@@ -63,50 +68,80 @@ def findings(scene: Scene, *, rays_given: bool = False) -> dict[Fact, Finding]:
     rays_given : bool
         Whether the rays are a caller's own, which may start anywhere; else they are those of the scene's film.
     """
-    found = {fact: _found(finder, scene, rays_given) for fact, finder in _FINDERS.items()}
     return {
-        fact: Finding(holds=True, why="another point of the study needs it")
-        if fact in scene.facts and not one.holds
-        else one
-        for fact, one in found.items()
+        fact: Finding(holds=True, why=_ELSEWHERE) if fact in scene.needs.facts and not one.holds else one
+        for fact, one in _findings(scene, _reach(scene, rays_given), rays_given).items()
     }
 
 
-def _found(finder: Callable[[Scene, bool], Finding], scene: Scene, rays_given: bool) -> Finding:
+def _findings(scene: Scene, lenses: Collection[int], rays_given: bool) -> dict[Fact, Finding]:
+    return {fact: _found(finder, scene, lenses, rays_given) for fact, finder in _FINDERS.items()}
+
+
+def _holding(found: Mapping[Fact, Finding]) -> frozenset[Fact]:
+    return frozenset(fact for fact, one in found.items() if one.holds)
+
+
+def reach_of(scene: Scene, *, rays_given: bool = False) -> dict[int, str]:
+    """Return the lenses that rays may reach, by number, each with the reason; parameters as for `findings`."""
+    own = _reach(scene, rays_given)
+    return {number: own.get(number, _ELSEWHERE) for number in sorted(scene.needs.lenses | own.keys())}
+
+
+def _reach(scene: Scene, rays_given: bool) -> dict[int, str]:
+    if rays_given:
+        return dict.fromkeys(range(len(scene.lenses)), "rays may start anywhere")
+    ends = scene.effects["total_reflection"] == "end"
+    reflecting = [
+        number
+        for number in range(len(scene.lenses))
+        if not ends and _found(_reflects, scene, [number], rays_given).holds
+    ]
+    return reached(scene, reflecting)
+
+
+def _found(finder: _Finder, scene: Scene, lenses: Collection[int], rays_given: bool) -> Finding:
     """Return whether a fact holds at the d line or at any wavelength of a scene."""
-    here = finder(scene, rays_given)
+    here = finder(scene, lenses, rays_given)
     if here.holds:
         return here
     for nm, layer in zip(scene.wavelengths, scene.layers(), strict=False):  # without wavelengths it is its own layer
-        one = finder(layer, rays_given)
+        one = finder(layer, lenses, rays_given)
         if one.holds:
             return replace(one, why=f"{one.why}, at {nm:g} nm")
     return here
 
 
-def facts_of(scene: Scene, *, rays_given: bool = False) -> frozenset[Fact]:
-    """Return the facts that hold of a scene, or of any point of the study that it belongs to."""
-    return frozenset(fact for fact, one in findings(scene, rays_given=rays_given).items() if one.holds)
+def needs_of(scene: Scene, *, rays_given: bool = False) -> Needs:
+    """Return what a scene's kernel needs, or that of any point of the study that it belongs to."""
+    return Needs(
+        facts=_holding(findings(scene, rays_given=rays_given)),
+        lenses=frozenset(reach_of(scene, rays_given=rays_given)),
+    )
 
 
-def study_facts(study: Study) -> frozenset[Fact]:
-    """Return the facts that hold at any point of a study, or that cannot be ruled out."""
+def study_needs(study: Study) -> Needs:
+    """Return what any point of a study needs, or may need where that cannot be ruled out."""
+    found = needs_of(study.scene)
     if all(key.startswith(_HARMLESS) for key in study.axes):
-        return facts_of(study.scene)
+        return found
     if study.point_count() > _MOST_POINTS:
-        return frozenset(_FINDERS) - _OF_THE_ENVIRONMENT | facts_of(study.scene)
-    found: frozenset[Fact] = frozenset()
+        every = range(len(study.scene.lenses))
+        is_one = all(key.startswith(_HARMLESS_TO_FACTS) for key in study.axes)
+        facts = _holding(_findings(study.scene, every, False)) if is_one else frozenset(_FINDERS) - _OF_THE_ENVIRONMENT
+        return found | Needs(facts=facts, lenses=frozenset(every))
+    found = Needs()
     for point in study.points():
         try:
-            found |= facts_of(point.scene)
+            found |= needs_of(point.scene)
         except StudyError:  # which no kernel is made for
             continue
     return found
 
 
-def with_facts(scene: Scene, facts: frozenset[Fact]) -> Scene:
-    """Return the scene as one of a study of which some facts hold."""
-    return replace(scene, facts=facts)
+def with_needs(scene: Scene, needs: Needs) -> Scene:
+    """Return the scene as one of a study whose points need so much."""
+    return replace(scene, needs=needs)
 
 
 def steering(scene: Scene) -> Scene:
@@ -142,28 +177,29 @@ def _wavelengths(scene: Scene) -> str:
     return f"asked for: {len(scene.wavelengths)} wavelengths from {low:g} to {high:g} nm, each traced"
 
 
-def _opaque(scene: Scene, _: bool) -> Finding:
-    return _any(scene, lambda lens: lens.absorbs, "is opaque", "no lens has absorbs = true")
+def _opaque(scene: Scene, lenses: Collection[int], _: bool) -> Finding:
+    return _any(scene, lenses, lambda lens: lens.absorbs, "is opaque", "no lens has absorbs = true")
 
 
-def _absorbs(scene: Scene, _: bool) -> Finding:
-    return _any(scene, lambda lens: any(lens.absorption), "absorbs", "no lens has an absorption")
+def _absorbs(scene: Scene, lenses: Collection[int], _: bool) -> Finding:
+    return _any(scene, lenses, lambda lens: any(lens.absorption), "absorbs", "no lens has an absorption")
 
 
-def _any(scene: Scene, has: Callable[[Lens], bool], what: str, none: str) -> Finding:
-    for number, lens in enumerate(scene.lenses):
-        if has(lens):
+def _any(scene: Scene, lenses: Collection[int], has: Callable[[Lens], bool], what: str, none: str) -> Finding:
+    for number in lenses:
+        if has(scene.lenses[number]):
             return Finding(holds=True, why=f"{scene.lens_key(number)} {what}")
-    return Finding(holds=False, why=none)
+    beyond = [scene.lens_key(number) for number, lens in enumerate(scene.lenses) if has(lens)]
+    return Finding(holds=False, why=f"no ray gets to {' or '.join(beyond)}" if beyond else none)
 
 
-def _reflects(scene: Scene, rays_given: bool) -> Finding:
+def _reflects(scene: Scene, lenses: Collection[int], rays_given: bool) -> Finding:
     """Return whether a surface may reflect totally."""
     if scene.numerics.snell == "paraxial":
         return Finding(holds=False, why="the paraxial rule never reflects totally")
     reasons: list[str] = []
-    for number, lens in enumerate(scene.lenses):
-        key = scene.lens_key(number)
+    for number in lenses:
+        lens, key = scene.lenses[number], scene.lens_key(number)
         if scene.blocks(number):
             reasons.append(f"{key} is opaque")
         elif lens.n == scene.n_medium:
@@ -195,11 +231,11 @@ def _may_start_in(scene: Scene, lens: int) -> bool:
     return lens in (int(inside[0]), int(on[0]))
 
 
-def _shows_the_picture(scene: Scene, _: bool) -> Finding:
+def _shows_the_picture(scene: Scene, *_: object) -> Finding:
     return _shows(scene, scene.environment == "picture", "the picture")
 
 
-def _shows_an_image(scene: Scene, _: bool) -> Finding:
+def _shows_an_image(scene: Scene, *_: object) -> Finding:
     return _shows(scene, isinstance(scene.environment, str) and scene.environment != "picture", "an image")
 
 
@@ -207,7 +243,7 @@ def _shows(scene: Scene, holds: bool, what: str) -> Finding:
     return Finding(holds=holds, why=f"effects.environment is {'' if holds else 'not '}{what}")
 
 
-_FINDERS: Mapping[Fact, Callable[[Scene, bool], Finding]] = {
+_FINDERS: Mapping[Fact, _Finder] = {
     "a lens is opaque": _opaque,
     "a lens absorbs": _absorbs,
     "total reflection is possible": _reflects,

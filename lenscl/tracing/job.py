@@ -20,7 +20,7 @@ from lenscl.device import Buffer, Device
 from lenscl.errors import StudyError, TraceError
 from lenscl.methods import LAST_RESORT, Method
 from lenscl.status import RayStatus
-from lenscl.tracing.called import facts_of
+from lenscl.tracing.called import needs_of
 from lenscl.tracing.numbers import index_numbers, scene_numbers
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import RayPaths
@@ -87,7 +87,7 @@ class Job:
         """Return the scene's numbers on the device, one set a layer."""
         usual = scene_numbers(self.scene, self.source)
         sets: list[Mapping[str, ArrayLike]]
-        sets = [{**usual, **index_numbers(layer)} for layer in self.layers] or [usual]
+        sets = [{**usual, **index_numbers(layer, self.source)} for layer in self.layers] or [usual]
         return self.device.upload(
             np.concatenate([self.source.layout.pack(change(numbers), self.dtype) for numbers in sets])
         )
@@ -206,10 +206,10 @@ class Job:
         source = self.source.structure
         structure = structure_of(scene, "given", source.ends, self.device) if self.device.has_double else None
         if source.precision == "double":
-            methods_now = tuple(
-                LAST_RESORT if row.is_guaranteed and codegen.has_twice(surface) else row
-                for row, surface in zip(source.methods, source.lenses, strict=True)
-            )
+            methods_now = {
+                lens: LAST_RESORT if row.is_guaranteed and codegen.has_twice(source.lenses[lens]) else row
+                for lens, row in source.methods.items()
+            }
             if methods_now == source.methods:
                 return None
             assert structure is not None
@@ -336,12 +336,14 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
             'set precision = "single", or choose another of `lenscl devices` by LENSCL_DEVICE'
         )
     width = chosen.width(codegen.carried(numerics.precision))
-    called = effects.called(scene.effects, facts_of(scene, rays_given=rays == "given"))
+    needs, searched = needs_of(scene, rays_given=rays == "given"), methods_of(scene)
+    called = effects.called(scene.effects, needs.facts)
+    reached = sorted(needs.lenses)
     return Structure(
-        lenses=tuple(lens.surface for lens in scene.lenses),
+        lenses={number: scene.lenses[number].surface for number in reached},
         rays=rays,
         ends=ends,
-        methods=methods_of(scene),
+        methods={number: searched[number] for number in reached},
         snell=numerics.snell,
         effects=called,
         precision=numerics.precision,

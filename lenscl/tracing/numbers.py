@@ -28,17 +28,19 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
     values |= _prefixed("source", _source(scene, source.structure.rays))
     values |= _prefixed("picture", picture_numbers(scene))
     values |= _prefixed("method", _method(scene, source.structure.reads()))
-    for number, lens in enumerate(scene.lenses):
+    for number in source.structure.lenses:
+        lens = scene.lenses[number]
         values |= _prefixed(f"lens_{number}", Placement.of(lens).numbers())
         values |= {f"lens_{number}.{name}": getattr(lens, name) for name, _ in source.structure.lens_reads}
         values |= _prefixed(f"shape_{number}", source.shape_values(number, lens.values))
-    return values | index_numbers(scene)
+    return values | index_numbers(scene, source)
 
 
-def index_numbers(scene: Scene) -> dict[str, ArrayLike]:
+def index_numbers(scene: Scene, source: KernelSource) -> dict[str, ArrayLike]:
     """Return the values of the layout that hang on refractive indices, and so on the wavelength."""
     values: dict[str, ArrayLike] = {"n_medium": scene.n_medium}
-    for number, lens in enumerate(scene.lenses):
+    for number in source.structure.lenses:
+        lens = scene.lenses[number]
         indices = {"n": lens.n, "eta_in": scene.n_medium / lens.n, "eta_out": lens.n / scene.n_medium}
         values |= _prefixed(f"lens_{number}", indices)
     return values

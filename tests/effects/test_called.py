@@ -9,8 +9,8 @@ import pytest
 from scenes import forerunner, make_scene
 
 from lenscl import trace, trace_rays
-from lenscl.config import Scene, study_from_toml
-from lenscl.tracing import calls, study_facts
+from lenscl.config import Needs, Scene, study_from_toml
+from lenscl.tracing import calls, study_needs, with_needs
 
 SPHERE: dict[str, Any] = {"surface": "sphere", "r": 0.6}
 
@@ -91,7 +91,7 @@ def test_grazing_rays_leave_a_sphere_whatever_rounding_says(precision: str, widt
 def test_a_study_is_decided_for_all_its_points() -> None:
     text = make_scene(SPHERE).to_toml()
     fact = "total reflection is possible"
-    assert fact not in study_facts(study_from_toml(text))
+    assert fact not in study_needs(study_from_toml(text)).facts
     for axis, is_in in (
         ('"lens.r" = [0.2, 0.4]', False),
         ('"lens.n" = [1.2, 1.5]', False),
@@ -101,13 +101,11 @@ def test_a_study_is_decided_for_all_its_points() -> None:
         ('"film.scale" = { linspace = [1.0, 1.1, 5000] }', False),
         ('"lens.r" = { linspace = [0.2, 0.4, 5000] }', True),  # too many to look at
     ):
-        assert (fact in study_facts(study_from_toml(f"{text}\n[sweep.axes]\n{axis}\n"))) == is_in, axis
+        assert (fact in study_needs(study_from_toml(f"{text}\n[sweep.axes]\n{axis}\n")).facts) == is_in, axis
 
 
 def test_a_fact_of_the_study_stays_with_the_scene_and_is_explained() -> None:
-    from lenscl.tracing import with_facts
-
-    scene = with_facts(make_scene(SPHERE), frozenset({"total reflection is possible"}))
+    scene = with_needs(make_scene(SPHERE), Needs(facts=frozenset({"total reflection is possible"})))
     is_in, why = total_reflection(scene.replace({"lens.r": 0.3}))
     assert is_in
     assert why == "another point of the study needs it"

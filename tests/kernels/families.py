@@ -149,7 +149,7 @@ def ends_of(family: Family, here: Device) -> dict[str, Any]:
     structure = structure_of(scene, family.rays, family.ends, here)
     structure = replace(structure, counts=family.counts == "counted")
     if family.method == LAST_RESORT:
-        structure = replace(structure, methods=(methods.LAST_RESORT,) * len(structure.lenses))
+        structure = replace(structure, methods=dict.fromkeys(structure.lenses, methods.LAST_RESORT))
     job = Job(scene, codegen.kernel_source(structure), here, kind="memory")
     if family.rays != "given":
         return job.run_film()

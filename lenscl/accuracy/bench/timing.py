@@ -90,7 +90,7 @@ class Timing:
             scene=self._row.name,
             method=self._row.method,
             precision=self._row.precision,
-            searches=tuple(method.name for method in structure.methods),
+            searches=tuple(method.name for method in structure.methods.values()),
             ns_least=min(seconds) * 1e9,
             ns_median=median(seconds) * 1e9,
             peak=self._peak,
