@@ -1,8 +1,12 @@
-"""What each effect of a scene costs: it is traced with and without it, in turn."""
+"""What each effect of a scene costs: it is traced with and without it, in turn.
+
+What is done beside the kernel is timed by itself: it comes on top of a map that is there.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from time import perf_counter
 
 import numpy as np
 
@@ -10,9 +14,10 @@ from lenscl.accuracy.front import coarser
 from lenscl.accuracy.statistics import median, median_bounds
 from lenscl.config import Scene
 from lenscl.device import Device
-from lenscl.tracing import calls, trace, trace_without
+from lenscl.tracing import BESIDE, RayMap, calls, trace, trace_without
 
 ROUNDS = 9
+BESIDE_ROUNDS = 3  # of what takes seconds, most of it on the host
 _SEED = 11  # of the order within the rounds
 
 
@@ -20,12 +25,14 @@ _SEED = 11  # of the order within the rounds
 class Cost:
     """What one fragment adds to the time of a film's ray, in nanoseconds by the device's clock.
 
+    What is done beside the kernel is timed by the host's clock.
+
     Attributes
     ----------
     ns : float
         Median over the rounds of the difference between a trace with it and one without.
     low, high : float
-        95 % bounds of that median.
+        95 % bounds of that median; of what is done beside the kernel, the least and the most.
     changed : float
         Share of the rays that end otherwise without it: what they then cost is in the difference, too.
     """
@@ -45,7 +52,7 @@ class Ablation:
     ns : float
         Nanoseconds a ray of the film with all effects, the median; all its wavelengths together.
     costs : mapping of str to Cost
-        By the name of the variant.
+        By the name of the variant, or by the key of an effect beside the kernel.
     rays, rounds : int
         Of the film that was traced, and how often.
     """
@@ -84,4 +91,16 @@ def ablate(scene: Scene, device: Device, rounds: int = ROUNDS) -> Ablation:
         apart = [with_it - without for with_it, without in zip(times[""], times[name], strict=True)]
         low, high = median_bounds(apart)
         costs[name] = Cost(ns=median(apart), low=low, high=high, changed=float(changed))
+    costs |= {call.effect.key: _beside(whole, call.effect.key, rays) for call in calls(scene) if call.is_beside}
     return Ablation(ns=median(times[""]), costs=costs, rays=rays, rounds=rounds)
+
+
+def _beside(raymap: RayMap, key: str, rays: int) -> Cost:
+    """Time what an effect adds to a map that is traced; its kernels are built in a first round that does not count."""
+    times = []
+    for _ in range(BESIDE_ROUNDS + 1):
+        start = perf_counter()
+        BESIDE[key](raymap)
+        times.append((perf_counter() - start) * 1e9 / rays)
+    counted = times[1:]
+    return Cost(ns=median(counted), low=min(counted), high=max(counted), changed=0.0)

@@ -11,6 +11,7 @@ import click
 from lenscl.cli.group import plain
 from lenscl.cli.table import print_table, share
 
+_WHOLE = 100.0  # ns from which fractions of one say nothing
 _MOST_CHANGED = 0.01  # of the rays that end otherwise without an effect: beyond, times tell no more what it costs
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def _print(study: Study, scene: Scene, found: list[Call], timed: Ablation, chose
         for name, is_in, decided, fragment, why in _always(scene)
     ]
     for call in found:
-        cost = timed.costs.get(call.variant.name) if call.variant else None
+        cost = timed.costs.get(_timed_as(call))
         rows.append(
             (
                 call.effect.key,
@@ -79,14 +80,20 @@ def _print(study: Study, scene: Scene, found: list[Call], timed: Ablation, chose
     click.echo()
     print_table(("effect", "", "", "fragment", "ns a ray", "why"), rows, 6)
     click.echo()
-    for label, text in _circumstances(scene, timed, chosen).items():
+    for label, text in _circumstances(scene, found, timed, chosen).items():
         click.echo(plain(f"{label:8}{text}"))
+
+
+def _timed_as(call: Call) -> str:
+    return call.variant.name if call.variant else call.effect.key
 
 
 def _spelled(cost: Cost) -> str:
     if cost.changed > _MOST_CHANGED:
         return f"changes {share(cost.changed)} of the rays"
-    return f"{cost.ns:+.2f} ({cost.low:+.2f} to {cost.high:+.2f})"
+    digits = 2 if cost.high < _WHOLE else 0
+    ns, low, high = (f"{each:+,.{digits}f}" for each in (cost.ns, cost.low, cost.high))
+    return f"{ns} ({low} to {high})"
 
 
 def _points(study: Study) -> str:
@@ -94,11 +101,15 @@ def _points(study: Study) -> str:
     return "decided for its one point" if count == 1 else f"decided once for all {count:,} points"
 
 
-def _circumstances(scene: Scene, timed: Ablation, chosen: Device) -> dict[str, str]:
-    numerics = scene.numerics
+def _circumstances(scene: Scene, found: list[Call], timed: Ablation, chosen: Device) -> dict[str, str]:
+    from lenscl.accuracy.ablation import BESIDE_ROUNDS
+
+    numerics, beside = scene.numerics, [call.effect.key for call in found if call.is_beside]
+    by_host = "beside the kernel and on top of that, by the host's clock: median, least and most of"
     return {
         "time": f"{timed.ns:.3g} ns a ray with all that is in, warm, median of {timed.rounds} rounds; "
         "ns a ray: what each adds, the median of paired differences, with its 95 % bounds",
+        **({"beside": f"{' and '.join(beside)}: {by_host} {BESIDE_ROUNDS} rounds"} if beside else {}),
         "rays": f"{timed.rays:,}, method {numerics.method}, {numerics.precision} precision",
         "device": ", ".join(f"{value}" for value in chosen.circumstances().values()),
     }
@@ -121,7 +132,7 @@ def _document(study: Study, scene: Scene, found: list[Call], timed: Ablation, ch
                 "asked": call.asked,
                 "fragment": call.variant.name if call.variant else None,
                 "why": call.why,
-                "cost": asdict(timed.costs[call.variant.name]) if call.variant and call.is_in else None,
+                "cost": asdict(timed.costs[_timed_as(call)]) if call.is_in else None,
             }
             for call in found
         ],

@@ -6,7 +6,7 @@ on any image; painting with it is `lenscl.imaging`'s work.
 
 from __future__ import annotations
 
-from lenscl.tracing.beside import complete
+from lenscl.tracing.beside import BESIDE, complete
 from lenscl.tracing.called import Call, calls, reach_of, study_needs, with_needs
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.follow import Ends, Follower, PixelFollower
@@ -20,6 +20,7 @@ from lenscl.tracing.start import locate
 from lenscl.tracing.steps import StepCount, count_steps
 
 __all__ = [
+    "BESIDE",
     "TOLERANCE",
     "Call",
     "Caustic",

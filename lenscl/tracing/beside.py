@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
 from lenscl.tracing.caustics import with_caustic
 from lenscl.tracing.raymap import RayMap
 from lenscl.tracing.samples import with_samples
+
+# By the effect's key, what adds to a traced map all that its scene asks for of that
+BESIDE: Mapping[str, Callable[[RayMap], RayMap]] = MappingProxyType(
+    {"antialias": with_samples, "caustics": with_caustic}
+)
 
 
 def complete(raymap: RayMap) -> RayMap:
@@ -17,4 +25,6 @@ def complete(raymap: RayMap) -> RayMap:
     StudyError, TraceError
         As `with_samples` and `with_caustic`.
     """
-    return with_caustic(with_samples(raymap))
+    for added_to in BESIDE.values():
+        raymap = added_to(raymap)
+    return raymap

@@ -58,6 +58,11 @@ class Call:
     is_in: bool
     why: str
 
+    @property
+    def is_beside(self) -> bool:
+        """Whether the effect is asked for, and is all beside the kernel."""
+        return self.variant is None and self.is_in
+
 
 def findings(scene: Scene, *, rays_given: bool = False) -> dict[Fact, Finding]:
     """Return what holds of the lenses of a scene that its rays may reach.

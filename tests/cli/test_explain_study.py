@@ -7,6 +7,12 @@ from pathlib import Path
 
 import pytest
 
+SCREENS = """
+source = { kind = "point", at = [0.0, 0.0, 4.0] }
+film = { centre = [0.0, 0.0, 2.5], right = [1.0, 0.0, 0.0], down = [0.0, -1.0, 0.0], size = [16, 16] }
+picture = { centre = [0.0, 0.0, -2.5], right = [6.0, 0.0, 0.0], down = [0.0, -6.0, 0.0] }
+"""
+
 
 def rows(text: str) -> dict[str, str]:
     """Return the table's lines by what they begin with, and their fragment where there are two of an effect."""
@@ -21,7 +27,9 @@ def test_it_says_what_is_in_and_out_and_why(lenscl, study_path: Path) -> None:
     assert "no lens has an absorption" in found["absorption out derived absorption"]
     assert "no lens has absorbs = true" in found["absorption out derived opaque"]
     assert "asked for" in found["fresnel in asked fresnel"]
-    assert "asked for: more rays of the same kernel" in found["antialias in asked asked"]
+    (antialias,) = (line for start, line in found.items() if start.startswith("antialias in asked +"))
+    assert "asked for: more rays of the same kernel" in antialias
+    assert "beside  antialias: beside the kernel" in result.stdout
     assert "ns a ray with all that is in" in result.stdout
     assert "precision" in result.stdout
     (path_length,) = (line for start, line in found.items() if start.startswith("path_length"))
@@ -41,14 +49,40 @@ def test_json_has_the_costs_and_their_circumstances(lenscl, study_path: Path) ->
     assert {"device", "driver", "precision", "rays"} <= set(document)
 
 
+def test_what_is_beside_the_kernel_has_a_cost_too(lenscl, study_path: Path) -> None:
+    asked = ("--set", "effects.caustics=true", "--set", "picture.size=[32, 32]", "--set", "film.size=[16, 16]")
+    document = json.loads(lenscl("explain", study_path, "--json", *asked).stdout)
+    costs = {row["effect"]: row["cost"] for row in document["effects"]}
+    assert 0.0 < costs["caustics"]["low"] <= costs["caustics"]["ns"] <= costs["caustics"]["high"]
+    assert costs["antialias"] is None
+
+
+def test_a_lens_out_of_reach_is_said(lenscl, tmp_path: Path) -> None:
+    study = tmp_path / "study.toml"
+    study.write_text(f"""{SCREENS}
+[[lens]]
+name = "near"
+surface = "sphere"
+n = 1.5
+[[lens]]
+name = "far"
+surface = "sphere"
+centre = [0.0, 0.0, 9.0]
+n = 1.5
+absorbs = true
+""")
+    found = rows(lenscl("explain", study).stdout)
+    (near,) = (line for start, line in found.items() if start.startswith("lens.near in derived"))
+    (far,) = (line for start, line in found.items() if start.startswith("lens.far out derived"))
+    assert "rays of the film pass through its box" in near
+    assert "nor any that lenses have bent get to it" in far
+    assert "no ray gets to lens.far" in found["absorption out derived opaque"]
+
+
 @pytest.mark.parametrize(("surface", "is_in"), [("sphere", False), ("torus", True)])
 def test_total_reflection_is_derived_for_the_whole_study(lenscl, tmp_path: Path, surface: str, is_in: bool) -> None:
     study = tmp_path / "study.toml"
-    study.write_text(f"""
-source = {{ kind = "point", at = [0.0, 0.0, 4.0] }}
-film = {{ centre = [0.0, 0.0, 2.5], right = [1.0, 0.0, 0.0], down = [0.0, -1.0, 0.0], size = [16, 16] }}
-picture = {{ centre = [0.0, 0.0, -2.5], right = [6.0, 0.0, 0.0], down = [0.0, -6.0, 0.0] }}
-[[lens]]
+    study.write_text(f"""{SCREENS}[[lens]]
 surface = "{surface}"
 n = 1.5
 [sweep.axes]
