@@ -46,6 +46,7 @@ class Point:
     index: int
     values: Mapping[str, Any]
     study_scene: Scene = field(repr=False)
+    folder: Path = field(default=Path(), repr=False)  # of the study, from which files are named
 
     @cached_property
     def scene(self) -> Scene:
@@ -57,7 +58,8 @@ class Point:
             If these values do not go together; every problem names the point.
         """
         try:
-            return self.study_scene.replace({key: value for key, value in self.values.items() if value is not None})
+            given = {key: value for key, value in self.values.items() if value is not None}
+            return self.study_scene.replace(_placed(given, self.folder))
         except StudyError as error:
             listed = ", ".join(f"{key} = {short(value)}" for key, value in list(self.values.items())[:8])
             raise StudyError([f"{problem} (point {self.index}: {listed})" for problem in error.problems]) from None
@@ -76,7 +78,7 @@ class Study:
     path : Path or None
         The file it came from.
     folder : Path
-        What `picture.images` is relative to.
+        What `picture.images` and `effects.environment` are relative to.
     images : tuple of Path
         The files that `picture.images` matches, sorted; see `require_images`.
     sweep : Sweep
@@ -108,7 +110,7 @@ class Study:
     def points(self) -> Iterator[Point]:
         """Yield the points one by one, in the order of their indices."""
         for index, values in enumerate(self.sweep.rows(self._defaults())):
-            yield Point(index=index, values=Frozen(values), study_scene=self.scene)
+            yield Point(index=index, values=Frozen(values), study_scene=self.scene, folder=self.folder)
 
     def require_images(self) -> tuple[Path, ...]:
         """Return the images.
@@ -148,7 +150,7 @@ class Study:
         title, output, sweep = self._with_outer(outer, problems)
         scene = self.scene
         try:
-            scene = scene.replace(inner)
+            scene = scene.replace(_placed(inner, self.folder))
         except StudyError as error:
             problems += error.problems
         known = places(self.scene.document())
@@ -242,7 +244,8 @@ def study_from_toml(text: str, *, folder: str | Path = ".", path: Path | None = 
     document = parse_text(text, "study" if path is None else file_text(path))
     unknown_top_keys(document, TOP_KEYS, problems.append)
     title = _read_title(document, "study" if path is None else path.stem, problems)
-    _place_environment(document, Path(folder))
+    if isinstance(effects := document.get("effects"), dict):
+        document["effects"] = _placed(effects, Path(folder), ENVIRONMENT)
     scene = read_scene(document, problems)
     sweep = read_sweep(document, problems.append)
     output = _read_output(document, problems)
@@ -329,12 +332,10 @@ def _check_points(study: Study) -> None:
         raise study_error(problems)
 
 
-def _place_environment(document: dict[str, Any], folder: Path) -> None:
+def _placed(values: Mapping[str, Any], folder: Path, key: str = f"effects.{ENVIRONMENT}") -> Mapping[str, Any]:
     """Let the path of an image that lenses reflect be one from here, as it is written from the study's folder."""
-    effects = document.get("effects")
-    shown = effects.get(ENVIRONMENT) if isinstance(effects, dict) else None
-    if isinstance(effects, dict) and isinstance(shown, str) and shown not in ("", "picture"):
-        effects[ENVIRONMENT] = str(folder / shown)
+    shown = values.get(key)
+    return {**values, key: str(folder / shown)} if isinstance(shown, str) and shown not in ("", "picture") else values
 
 
 def _find_images(scene: Scene, folder: Path) -> tuple[Path, ...]:

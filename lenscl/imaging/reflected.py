@@ -13,16 +13,20 @@ No lens is met on the way, and nothing is averaged but between samples of the im
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.imaging.dispersed import LUMINANCE, colours_of, light_from
-from lenscl.imaging.encoding import Encoding, decode, encoding_of
+from lenscl.imaging.encoding import Encoding, decode
 from lenscl.imaging.read import read_picture
+
+_KEPT = 2  # images as light: a sweep paints one picture after another in the same one
 
 Array = NDArray[np.float64]
 
@@ -42,13 +46,11 @@ class Panorama:
         ImageError
             If it cannot be read.
         """
-        pixels = read_picture(path).pixels
-        pixels = pixels[..., np.newaxis] if pixels.ndim == 2 else pixels
-        light = light_from(pixels, encoding_of(pixels.dtype, None)).astype(np.float64)
-        light = light[..., : colours_of(light.shape[-1])]
-        if light.shape[-1] > colours:
-            light = light @ LUMINANCE[:, np.newaxis]
-        return cls(np.broadcast_to(light, (*light.shape[:2], colours)))
+        try:
+            about = os.stat(path)
+        except (OSError, ValueError):  # reading it says what is wrong
+            return cls(_light_of(path, (0, 0), colours))
+        return cls(_light_of(path, (about.st_mtime_ns, about.st_size), colours))
 
     def towards(self, directions: NDArray[Any]) -> Array:
         """Return the light from directions, shape (..., 3) -> (..., C), bilinear between samples at (i + 1/2) / W."""
@@ -65,6 +67,17 @@ class Panorama:
         )
         mixed: Array = (1.0 - down) * upper + down * lower
         return mixed
+
+
+@lru_cache(maxsize=_KEPT)
+def _light_of(path: str, _stamp: tuple[int, int], colours: int) -> Array:
+    """Return an image as light; it is read again where its time of change or its size is another."""
+    image = read_picture(path)
+    light = light_from(image.pixels, image.encoding).astype(np.float64)
+    light = light[..., : colours_of(light.shape[-1])]
+    if light.shape[-1] > colours:
+        light = light @ LUMINANCE[:, np.newaxis]
+    return np.broadcast_to(light, (*light.shape[:2], colours))
 
 
 def shown_by(environment: str | tuple[float, ...], channels: int, curve: Encoding) -> Panorama | Array | None:

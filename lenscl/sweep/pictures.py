@@ -42,14 +42,14 @@ def survey(paths: Sequence[Path]) -> tuple[SourcePicture, ...]:
     for path, name in zip(paths, output_names(paths), strict=True):
         shown = as_text(path.absolute().relative_to(folder).as_posix())
         try:
-            digest, stamp = _fingerprint(path)
+            digest, stamp = fingerprint(path)
             found.append(SourcePicture(path, shown, name, digest, stamp, None))
         except ImageError as error:
             found.append(SourcePicture(path, shown, name, None, None, str(error)))
     return tuple(found)
 
 
-def _fingerprint(path: Path) -> tuple[str, tuple[int, int]]:
+def fingerprint(path: Path) -> tuple[str, tuple[int, int]]:
     """Return a file's digest, and its size and time of change."""
     try:
         mode = path.stat().st_mode

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from lenscl.config import Needs, Point, Scene, Study
-from lenscl.errors import StudyError
-from lenscl.sweep.pictures import SourcePicture, as_text, survey
+from lenscl.errors import ImageError, StudyError
+from lenscl.sweep.pictures import SourcePicture, as_text, fingerprint, survey
 from lenscl.sweep.store import Planned
 from lenscl.tracing import study_needs, with_needs
 from lenscl.version import program_version
@@ -57,6 +57,7 @@ class SweepPlan:
     def runs_of(self, point: Point) -> Iterator[Planned]:
         """Yield the runs of one point."""
         described = _described(point)
+        around = self._environment_digest(point)
         for number, picture in enumerate(self.pictures):
             yield Planned(
                 output=self.output_name(point.index, picture),
@@ -64,7 +65,7 @@ class SweepPlan:
                 point=point.index,
                 values=dict(point.values),
                 picture=picture.shown,
-                key=self._key(described, self._metadata(described, point.values, picture), picture),
+                key=self._key(described, self._metadata(described, point.values, picture), picture, around),
             )
 
     def output_name(self, index: int, picture: SourcePicture) -> str:
@@ -108,11 +109,31 @@ class SweepPlan:
             "scene": scene,
         }
 
-    def _key(self, scene: str, metadata: Mapping[str, Any], picture: SourcePicture) -> str:
+    def _environment_digest(self, point: Point) -> str | None:
+        """Return the digest of the image that a point's lenses reflect; None for none, or one that cannot be read."""
+        try:
+            shown = point.scene.environment
+        except StudyError:  # the point fails alone, when its turn comes
+            return None
+        if not isinstance(shown, str) or shown == "picture":
+            return None
+        if shown not in self._digests:
+            try:
+                self._digests[shown] = fingerprint(Path(shown))[0]
+            except ImageError:
+                self._digests[shown] = None
+        return self._digests[shown]
+
+    @cached_property
+    def _digests(self) -> dict[str, str | None]:
+        return {}
+
+    def _key(self, scene: str, metadata: Mapping[str, Any], picture: SourcePicture, around: str | None) -> str:
         """Digest all that the bytes of an output depend on."""
         parts = {
             "scene": scene,
             "picture": picture.digest,
+            **({} if around is None else {"environment": around}),
             "output": repr(self.study.output),
             "metadata": metadata,  # the program's sources among it
         }
@@ -161,12 +182,16 @@ def plan_sweep(study: Study, out: Path | None = None) -> SweepPlan:
 def _described(point: Point) -> str:
     """Return a scene's canonical text without its pictures' names: which files there are besides changes no image.
 
-    A point whose values do not go together is described by what is wrong with it; it fails alone, when its turn comes.
+    Nor does the folder of the image that lenses reflect. A point whose values do not go together is described by what
+    is wrong with it; it fails alone, when its turn comes.
     """
     try:
         scene = point.scene
     except StudyError as error:
         return f"# {error}"
+    shown = scene.environment
+    if isinstance(shown, str) and shown != "picture":
+        scene = replace(scene, environment=as_text(Path(shown).name))
     return replace(scene, picture=replace(scene.picture, images=None)).to_toml()
 
 

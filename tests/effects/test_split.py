@@ -154,6 +154,18 @@ def test_a_panorama_is_turned_as_is_said_and_mixed_between_its_samples(tmp_path:
     np.testing.assert_allclose(extra[fronts], (raymap.reflectance[..., None] * seen)[fronts], atol=2e-5)
 
 
+def test_a_panorama_is_taken_as_its_file_says(tmp_path: Path) -> None:
+    """An EXR that states that it is encoded is decoded, as a picture is."""
+    painted = []
+    for encoding in ("linear", "srgb"):
+        path = tmp_path / f"{encoding}.exr"
+        write_image(path, np.full((2, 4, 3), 0.5, np.float32), metadata={}, encoding=encoding)
+        scene = split(BALL, str(path), film={"size": [4, 4], "scale": 0.2})
+        painted.append(paint(trace(scene), np.zeros((2, 2, 3), np.float32)))
+    np.testing.assert_allclose(painted[1], painted[0] / 0.5 * ((0.5 + 0.055) / 1.055) ** 2.4, rtol=1e-5)
+    assert (painted[0] > 0.01).all()
+
+
 def test_samples_of_a_pixel_reflect_each_for_itself() -> None:
     how: dict[str, Any] = {"film": {"size": [20, 20]}}
     raymap = trace(split(BALL, [0.7], effects={"antialias": 3}, **how))
