@@ -50,6 +50,7 @@ SCENES: dict[str, tuple[Scene, str | None]] = {
     ),
     "wavelengths": (make_scene({"surface": "prism", "n": "BK7"}, effects={"dispersion": 3}), None),
     "polarised": (make_scene({"surface": "biconvex"}, effects={"fresnel": "polarised"}), None),
+    "split": (make_scene({"surface": "heart"}, effects={"fresnel": "split", "environment": "picture"}), None),
 }  # fmt: skip
 
 
@@ -98,5 +99,5 @@ def test_who_asks_for_nothing_gets_nothing() -> None:
 
 
 def test_golden_kernels_compile() -> None:
-    for scene, rays in (SCENES[name] for name in ("every-effect", "footprint", "polarised", "wavelengths")):
+    for scene, rays in (SCENES[name] for name in ("every-effect", "footprint", "polarised", "split", "wavelengths")):
         choose().build(source_of(scene, rays=rays).text, kind="probe")
