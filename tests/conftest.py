@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -29,24 +31,54 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
                 item.add_marker(skip)
 
 
-@pytest.fixture
-def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the device that is chosen unasked be one that compiles fast; see `plain_device`."""
-    _choose_unasked(monkeypatch, plain_device())
-
-
-@pytest.fixture(autouse=True)
-def few_lanes(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(scope="session", autouse=True)
+def few_lanes() -> Iterator[None]:
     """Let the device that is chosen unasked take packets of 4 rays in single and 2 in double.
 
     Such kernels compile in two thirds of the time, optimised as ever. Packets of every width have tests of their own,
     which choose them; what is to be as wide as users have it is marked `users_widths`.
     """
-    is_plain = "plain_kernels" in request.fixturenames
-    if not (is_plain or request.node.get_closest_marker("users_widths")):
-        _choose_unasked(monkeypatch, device_of_width(4, 2))
+    with _chosen_unasked(device_of_width(4, 2)):
+        yield
 
 
-def _choose_unasked(monkeypatch: pytest.MonkeyPatch, chosen: device.Device) -> None:
+@pytest.fixture(scope="module", autouse=True)
+def module_widths(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Give a module that is marked so, with its own fixtures, the devices as users have them."""
+    with _as_marked(request.node):
+        yield
+
+
+@pytest.fixture(autouse=True)
+def test_widths(request: pytest.FixtureRequest, module_widths: None) -> Iterator[None]:
+    """Give a test that is marked so the devices as users have them."""
+    with _as_marked(request.node):
+        yield
+
+
+@pytest.fixture
+def plain_kernels(test_widths: None) -> Iterator[None]:
+    """Let the device that is chosen unasked be one that compiles fast; see `plain_device`."""
+    with _chosen_unasked(plain_device()):
+        yield
+
+
+_users_devices = sys.modules["lenscl.device.choose"]._devices
+
+
+@contextmanager
+def _as_marked(node: pytest.Item) -> Iterator[None]:
+    if not node.get_closest_marker("users_widths"):
+        yield
+        return
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(sys.modules["lenscl.device.choose"], "_devices", _users_devices)
+        yield
+
+
+@contextmanager
+def _chosen_unasked(chosen: device.Device) -> Iterator[None]:
     others = [each for each in device.devices() if each.label != chosen.label]
-    monkeypatch.setattr(sys.modules["lenscl.device.choose"], "_devices", lambda: (chosen, *others))
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(sys.modules["lenscl.device.choose"], "_devices", lambda: (chosen, *others))
+        yield
