@@ -12,23 +12,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lenscl import codegen, device, effects, methods
-from lenscl.codegen import KernelSource, Structure
+from lenscl import codegen
+from lenscl.codegen import KernelSource
 from lenscl.config import Scene
 from lenscl.config.scene import Frozen
 from lenscl.device import Buffer, Device
-from lenscl.errors import StudyError, TraceError
-from lenscl.methods import LAST_RESORT, Method
+from lenscl.errors import TraceError
+from lenscl.methods import LAST_RESORT
 from lenscl.status import RayStatus
-from lenscl.tracing.called import facts_of
 from lenscl.tracing.numbers import index_numbers, scene_numbers
-from lenscl.tracing.placement import Placement
+from lenscl.tracing.parking import Parking
 from lenscl.tracing.raymap import RayPaths
 from lenscl.tracing.start import locate
+from lenscl.tracing.structure import check_steps, chosen_device, structure_of
 
 _TILE_PIXELS = 2**20  # about 19 MB of buffers in double; the most that kernels/film.cl allows
-_ALMOST_ALONE = 4  # of a packet's lanes, one in so many may be put aside, as in kernels/parks.cl
-_MARCH_STEPS = 10**6  # steps through a lens's box beyond which `march` would never come home
 _REALS: dict[str, type[np.floating[Any]]] = {"single": np.float32, "double": np.float64}
 _MAP = (("st", 2), ("status", 0), ("events", 0))  # name, numbers a ray; 0: one byte
 _ARRAYS = {"map": _MAP, "legs": (*_MAP, ("origin", 3), ("direction", 3))}  # as the kernels' ends_*.cl take them
@@ -76,7 +74,7 @@ class Job:
         structure = structure_of(scene, rays, ends, chosen)
         effects_in = tuple(effect for effect in structure.effects if without not in (effect.name, *effect.builds_on))
         structure = replace(structure, counts=counts, effects=effects_in)
-        _check_steps(scene, structure)
+        check_steps(scene, structure)
         return cls(scene, codegen.kernel_source(structure), chosen, kind)
 
     def change_numbers(self, change: Callable[[Mapping[str, ArrayLike]], Mapping[str, ArrayLike]]) -> None:
@@ -138,7 +136,7 @@ class Job:
             self._launch(tile, packets, [*rays, np.int32(len(self.layers))])
             self._download_layers(ends, slice(first, first + count), packets * width)
             return
-        parking = _Parking(self.device, self.source.structure, packets) if self.source.structure.parks else None
+        parking = Parking(self.device, self.source.structure, packets) if self.source.structure.parks else None
         self._launch(tile, packets, [*rays, *(parking.arguments(False) if parking else ())])
         for name, _ in self._arrays:
             self.device.download(self._buffers[name], ends[name][first : first + count])
@@ -242,30 +240,6 @@ class Job:
         }
 
 
-class _Parking:
-    """Where a launch puts aside the last few rays of its packets, as kernels/parks.cl does."""
-
-    def __init__(self, chosen: Device, structure: Structure, packets: int) -> None:
-        words, width = structure.ray_words, structure.width
-        room = packets * (width // _ALMOST_ALONE) + width  # a packet's worth beyond is read, not used
-        self._device = chosen
-        self._count = chosen.upload(np.zeros(1, np.int32))
-        self._places = chosen.empty(4 * room)
-        self._words = chosen.empty(np.dtype(_REALS[structure.carried]).itemsize * words * room)
-
-    def arguments(self, carries_on: bool) -> tuple[Any, ...]:
-        """Return what the kernel takes; the second launch carries on what the first put aside."""
-        return np.int32(carries_on), self._count, self._places, self._words
-
-    def places(self) -> NDArray[np.int32]:
-        """Return the rays that were put aside, by their numbers in the launch."""
-        count = np.empty(1, np.int32)
-        self._device.download(self._count, count)
-        places = np.empty(int(count[0]), np.int32)
-        self._device.download(self._places, places)
-        return places
-
-
 def traced_rays(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> RayPaths:
     """Return the paths of given rays: points and unit directions, shape (N, 3)."""
     return RayPaths(**job.result(decided_ends(job, points, units), len(points)))
@@ -288,82 +262,6 @@ def given_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]
         arrays = [points[part].astype(job.dtype), units[part].astype(job.dtype), inside[part], on[part]]
         job.run(ends, (0, first, count, count), first, [job.device.upload(job.padded(array)) for array in arrays])
     return ends
-
-
-def methods_of(scene: Scene) -> tuple[Method, ...]:
-    """Return the method that searches each lens.
-
-    Raises
-    ------
-    StudyError
-        If the one asked for does not serve a lens.
-    """
-    wanted, chosen, problems = scene.numerics.method, [], []
-    for number, lens in enumerate(scene.lenses):
-        is_polynomial = lens.surface.sign_polynomial(lens.values) is not None
-        method = methods.choose(wanted, is_polynomial=is_polynomial)
-        if method is None:
-            which = f'lens "{lens.name}"' if lens.name else f"lens[{number}]"
-            problems.append(
-                f'numerics.method: "{wanted}" searches polynomials, and {which} ({lens.surface.name}) is none '
-                'with these parameters; use "auto"'
-            )
-        else:
-            chosen.append(method)
-    if problems:
-        raise StudyError(problems)
-    return tuple(chosen)
-
-
-def chosen_device(wanted: Device | str | None) -> Device:
-    """Return the device that was asked for, by itself, by name, or not at all."""
-    return wanted if isinstance(wanted, Device) else device.choose(wanted)
-
-
-def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structure:
-    """Return what a scene's kernel is made of on a device."""
-    numerics = scene.numerics
-    if numerics.accuracy is not None:
-        raise StudyError(
-            [
-                "numerics.accuracy: what meets it is to be chosen before this; `lenscl.trace` does so, or set "
-                "numerics.method and numerics.precision"
-            ]
-        )
-    if numerics.precision != "single" and not chosen.has_double:
-        raise TraceError(
-            f"numerics.precision: {chosen.label} has no double precision; "
-            'set precision = "single", or choose another of `lenscl devices` by LENSCL_DEVICE'
-        )
-    width = chosen.width(codegen.carried(numerics.precision))
-    called = effects.called(scene.effects, facts_of(scene, rays_given=rays == "given"))
-    return Structure(
-        lenses=tuple(lens.surface for lens in scene.lenses),
-        rays=rays,
-        ends=ends,
-        methods=methods_of(scene),
-        snell=numerics.snell,
-        effects=called,
-        precision=numerics.precision,
-        width=width,
-        run=chosen.run,
-        # Rays of several wavelengths have no packet in common
-        parks=chosen.run > 1 and width >= _ALMOST_ALONE and not any(effect.layers for effect in called),
-        source=scene.source.kind,
-    )
-
-
-def _check_steps(scene: Scene, structure: Structure) -> None:
-    if "step" not in structure.reads():
-        return
-    diagonal = max(Placement.of(lens).diagonal() for lens in scene.lenses)
-    if diagonal > _MARCH_STEPS * scene.numerics.step:
-        raise StudyError(
-            [
-                f"numerics.step: {scene.numerics.step:g} would take more than {_MARCH_STEPS:,} steps through a lens "
-                f"{diagonal:g} across; use at least {diagonal / _MARCH_STEPS:.3g}"
-            ]
-        )
 
 
 def _tile_pixels(layers: int) -> int:

@@ -11,7 +11,7 @@ from scenes import make_scene
 from thinned import thinned
 
 import lenscl
-from lenscl.tracing import job
+from lenscl.tracing import parking
 
 SCENES = {
     "ellipsoid": {"surface": "ellipsoid", "a": 1.0, "b": 0.8, "c": 0.6},  # 1 % of its rays are trapped at the rim
@@ -26,15 +26,15 @@ EVERY_TWO = [(name, each, WIDTHS[(i + k) % 2]) for i, name in enumerate(SCENES) 
 def aside(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Return a list that receives how many rays each launch puts aside."""
     counts: list[int] = []
-    places = job._Parking.places
+    places = parking.Parking.places
 
-    def counted(self: job._Parking) -> np.ndarray:
+    def counted(self: parking.Parking) -> np.ndarray:
         found = places(self)
         counts.append(len(found))
         assert len(set(found.tolist())) == len(found)
         return found
 
-    monkeypatch.setattr(job._Parking, "places", counted)
+    monkeypatch.setattr(parking.Parking, "places", counted)
     return counts
 
 
@@ -50,7 +50,7 @@ def test_a_map_is_the_same_whether_rays_are_put_aside_or_not(
     parked = lenscl.trace(scene, precision=precision, device=device)
     assert parked.kernel.structure.parks
     assert sum(aside) > 50
-    monkeypatch.setattr(job, "_ALMOST_ALONE", 99)
+    monkeypatch.setattr(parking, "_ALMOST_ALONE", 99)
     alone = lenscl.trace(scene, precision=precision, device=device)
     assert not alone.kernel.structure.parks
     assert parked.events.max() > 8
@@ -65,7 +65,7 @@ def test_given_rays_are_put_aside_too(aside: list[int], monkeypatch: pytest.Monk
     d = np.stack([*rng.uniform(-0.27, 0.27, (2, 5000)), np.full(5000, -1.0)], 1)
     parked = lenscl.trace_rays(scene_of("ellipsoid"), o, d)
     assert sum(aside) > 20
-    monkeypatch.setattr(job, "_ALMOST_ALONE", 99)
+    monkeypatch.setattr(parking, "_ALMOST_ALONE", 99)
     alone = lenscl.trace_rays(scene_of("ellipsoid"), o, d)
     for array in ("st", "status", "events", "origin", "direction"):
         np.testing.assert_array_equal(getattr(parked, array), getattr(alone, array))
