@@ -84,8 +84,8 @@ class Variant:
         The functions of every surface that it calls, beyond those of the search.
     layers : bool
         Whether every ray is traced once for each of several wavelengths, in one launch: a work-item reads the numbers
-        of its own one, arrays get a leading axis. Such a variant's fragment hands out the packets, in the place of
-        parks_never.cl; it has no hooks.
+        of its own one, arrays get a leading axis. Such a variant's fragment hands out the layers, in the place of
+        layer_single.cl; it has no hooks.
     """
 
     name: str

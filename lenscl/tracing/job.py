@@ -45,6 +45,7 @@ class Job:
         # The scenes of one wavelength each, that are traced side by side; none where there are no layers
         self.layers = scene.layers() if source.structure.layered else ()
         self.wavelengths = scene.wavelengths if source.structure.layered else ()
+        self._sets = max(1, len(self.layers))  # of the scene's numbers
         self._numbers = self._packed(lambda numbers: numbers)
         added = [(output.name, len(output.members)) for output in source.structure.adds]
         self._shapes = {output.name: output.pixel_shape for output in source.structure.adds}
@@ -107,7 +108,7 @@ class Job:
     @property
     def tile_pixels(self) -> int:
         """How many rays a launch takes, so that those of all layers fit into one tile's memory."""
-        return _tile_pixels(max(1, len(self.layers)))
+        return _tile_pixels(self._sets)
 
     def padded(self, array: NDArray[Any]) -> NDArray[Any]:
         """Return rows repeated at the end up to whole packets."""
@@ -118,7 +119,7 @@ class Job:
         """Trace the ray of every film pixel; return the ends, row by row."""
         film = self.scene.film
         ends = self.empty_ends(film.rows * film.columns)
-        for row, column, columns, first, count in tiles(film.rows, film.columns, max(1, len(self.layers))):
+        for row, column, columns, first, count in tiles(film.rows, film.columns, self._sets):
             self.run(ends, (row, column, columns, count), first, ())
         return ends
 
@@ -127,41 +128,41 @@ class Job:
     ) -> None:
         """Trace a tile into the rows of `ends` from `first` on."""
         count, width = tile[3], self.source.structure.width
-        packets = -(-count // width)
+        packets, part = -(-count // width), slice(first, first + count)
         for name, numbers in self._arrays:
-            nbytes = max(1, len(self.layers)) * packets * width * (numbers * np.dtype(self.dtype).itemsize or 1)
+            nbytes = self._sets * packets * width * (numbers * np.dtype(self.dtype).itemsize or 1)
             if name not in self._buffers or self._buffers[name].nbytes < nbytes:
                 self._buffers[name] = self.device.empty(nbytes)
+        inputs = [*rays, *([np.int32(self._sets)] if self.layers else ())]
+        parks = self.source.structure.parks
+        parking = Parking(self.device, self.source.structure, packets, self._sets) if parks else None
+        self._launch(tile, packets, [*inputs, *(parking.arguments(False) if parking else ())])
         if self.layers:
-            self._launch(tile, packets, [*rays, np.int32(len(self.layers))])
-            self._download_layers(ends, slice(first, first + count), packets * width)
-            return
-        parking = Parking(self.device, self.source.structure, packets) if self.source.structure.parks else None
-        self._launch(tile, packets, [*rays, *(parking.arguments(False) if parking else ())])
-        for name, _ in self._arrays:
-            self.device.download(self._buffers[name], ends[name][first : first + count])
-        if parking is None or not (places := parking.places()).size:
+            self._take(ends, [part] * self._sets, packets * width)
+        else:
+            for name, array in ends.items():
+                self.device.download(self._buffers[name], array[part])
+        if parking is None or not (again := max(map(len, aside := parking.places()))):
             return
 
         # Carry on those that were put aside; their ends come in the order in which they were
-        again = len(places)
-        self._launch((0, 0, again, again), -(-again // width), [*rays, *parking.arguments(True)])
-        for name, array in ends.items():
-            part = np.empty((again, *array.shape[1:]), array.dtype)
-            self.device.download(self._buffers[name], part)
-            array[first + places] = part
+        packets = -(-again // width)
+        self._launch((0, 0, again, again), packets, [*inputs, *parking.arguments(True)])
+        self._take(ends, [first + places for places in aside], packets * width)
 
-    def _download_layers(self, ends: dict[str, NDArray[Any]], part: slice, padded: int) -> None:
-        """Take what a launch made of a part of the rays, of every layer so many rows."""
+    def _take(self, ends: dict[str, NDArray[Any]], rows: Sequence[slice | NDArray[Any]], padded: int) -> None:
+        """Take what a launch made into rows of the ends, of every layer; a layer of the launch has so many."""
         for name, array in ends.items():
-            whole = np.empty((len(self.layers), padded, *array.shape[2:]), array.dtype)
-            self.device.download(self._buffers[name], whole)
-            array[:, part] = whole[:, : part.stop - part.start]
+            layers = array if self.layers else array[np.newaxis]
+            made = np.empty((len(layers), padded, *layers.shape[2:]), array.dtype)
+            self.device.download(self._buffers[name], made)
+            for layer, its_rows, its_made in zip(layers, rows, made, strict=True):
+                layer[its_rows] = its_made[: len(layer[its_rows])]
 
     def _launch(self, tile: tuple[int, int, int, int], packets: int, inputs: Sequence[Any]) -> None:
         outputs = [self._buffers[name] for name, _ in self._arrays]
         most = np.int32(self.max_events)
-        items = -(-packets // self.source.structure.run) * max(1, len(self.layers))
+        items = -(-packets // self.source.structure.run) * self._sets
         counts = np.zeros((items, 2), np.uint32)  # searches and steps of a work-item
         counters = [self.device.upload(counts)] if self.source.structure.counts else []
         arguments = [self._numbers, np.array(tile, np.int32), most, *outputs, *inputs, *counters]

@@ -19,24 +19,25 @@ def can_park(chosen: Device, width: int) -> bool:
 
 
 class Parking:
-    """Where a launch puts aside the last few rays of its packets, as kernels/parks.cl does."""
+    """Where a launch puts aside the last few rays of its packets, in a part for each of its layers."""
 
-    def __init__(self, chosen: Device, structure: Structure, packets: int) -> None:
+    def __init__(self, chosen: Device, structure: Structure, packets: int, layers: int) -> None:
         words, width = structure.ray_words, structure.width
-        room = packets * (width // _ALMOST_ALONE) + width  # a packet's worth beyond is read, not used
-        self._device = chosen
-        self._count = chosen.upload(np.zeros(1, np.int32))
-        self._places = chosen.empty(4 * room)
-        self._words = chosen.empty(np.dtype(structure.carried).itemsize * words * room)
+        self._room = packets * (width // _ALMOST_ALONE) + width  # a packet's worth beyond is read, not used
+        self._device, self._layers = chosen, layers
+        self._counts = chosen.upload(np.zeros(layers, np.int32))
+        self._places = chosen.empty(4 * layers * self._room)
+        self._words = chosen.empty(np.dtype(structure.carried).itemsize * words * layers * self._room)
 
     def arguments(self, carries_on: bool) -> tuple[Any, ...]:
         """Return what the kernel takes; the second launch carries on what the first put aside."""
-        return np.int32(carries_on), self._count, self._places, self._words
+        return np.int32(carries_on), np.int32(self._room), self._counts, self._places, self._words
 
-    def places(self) -> NDArray[np.int32]:
-        """Return the rays that were put aside, by their numbers in the launch."""
-        count = np.empty(1, np.int32)
-        self._device.download(self._count, count)
-        places = np.empty(int(count[0]), np.int32)
+    def places(self) -> list[NDArray[np.int32]]:
+        """Return the rays that each layer has put aside, by their numbers in the launch."""
+        counts = np.empty(self._layers, np.int32)
+        self._device.download(self._counts, counts)
+        begins = np.arange(self._layers) * self._room
+        places = np.empty(begins[-1] + counts[-1], np.int32)
         self._device.download(self._places, places)
-        return places
+        return [places[begin : begin + count] for begin, count in zip(begins, counts, strict=True)]

@@ -77,8 +77,7 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
         precision=numerics.precision,
         width=width,
         run=chosen.run,
-        # Rays of several wavelengths have no packet in common
-        parks=can_park(chosen, width) and not any(effect.layers for effect in called),
+        parks=can_park(chosen, width),
         source=scene.source.kind,
     )
 

@@ -273,6 +273,8 @@ static inline void store_effects(const ray_t *ray, int first EFFECT_PARAMETERS) 
   scatter(ray->t_by_column, jacobian + 4 * first + 3, 4);
 }
 
+// ... layer.cl
+// ... layer_single.cl
 // ... parks_never.cl
 // ... steps_uncounted.cl
 // ... trace.cl
