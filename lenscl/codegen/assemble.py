@@ -113,6 +113,7 @@ def _lens_numbers(structure: Structure) -> Iterator[str]:
 
 
 def _effect_files(structure: Structure) -> Iterator[str]:
+    yield from dict.fromkeys(name for effect in structure.effects for name in effect.uses)
     for effect in structure.effects:
         if effect.layers:  # whose fragment stands where the layers are handed out
             continue

@@ -112,6 +112,7 @@ static inline realv expression_f(real3v p, expression_t shape) {
 // ... snell_exact.cl
 // ... screen.cl
 // ... ends_map.cl
+// ... effects/mirrored.cl
 // ... effects/follow_total_reflection.cl
 #line 1 "generated"
 // what this scene consists of

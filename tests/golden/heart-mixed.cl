@@ -226,6 +226,7 @@ static inline realv heart_f_gradient(real3v p, heart_t shape, real3v *g) {
 // ... snell_exact.cl
 // ... screen.cl
 // ... ends_map.cl
+// ... effects/mirrored.cl
 // ... effects/follow_total_reflection.cl
 #line 1 "generated"
 // what this scene consists of

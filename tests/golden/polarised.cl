@@ -232,6 +232,7 @@ static inline void biconvex_slope_bands(const biconvex_parts_t *parts, biconvex_
 // ... snell_exact.cl
 // ... screen.cl
 // ... ends_map.cl
+// ... effects/mirrored.cl
 // ... effects/follow_total_reflection.cl
 // ... effects/fresnel_polarised.cl
 #line 1 "generated"

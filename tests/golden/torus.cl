@@ -134,6 +134,7 @@ static inline realv torus_magnitude(real3v p, torus_t shape) {
 // ... snell_exact.cl
 // ... screen.cl
 // ... ends_map.cl
+// ... effects/mirrored.cl
 // ... effects/follow_total_reflection.cl
 #line 1 "generated"
 // what this scene consists of

@@ -165,6 +165,7 @@ static inline realv ball_magnitude(real3v p, ball_t shape) {
 // ... snell_exact.cl
 // ... screen.cl
 // ... ends_legs.cl
+// ... effects/mirrored.cl
 // ... effects/follow_total_reflection.cl
 #line 1 "generated"
 // what this scene consists of

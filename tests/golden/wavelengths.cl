@@ -206,6 +206,7 @@ static inline void prism_slope_bands(const prism_parts_t *parts, prism_t shape, 
 // ... snell_exact.cl
 // ... screen.cl
 // ... ends_map.cl
+// ... effects/mirrored.cl
 // ... effects/follow_total_reflection.cl
 #line 1 "generated"
 // what this scene consists of
