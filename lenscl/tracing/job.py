@@ -20,6 +20,7 @@ from lenscl.device import Buffer, Device
 from lenscl.errors import TraceError
 from lenscl.methods import LAST_RESORT
 from lenscl.status import RayStatus
+from lenscl.tracing.memory import hold
 from lenscl.tracing.numbers import index_numbers, scene_numbers
 from lenscl.tracing.parking import Parking
 from lenscl.tracing.raymap import RayPaths
@@ -100,10 +101,19 @@ class Job:
                 for name, n in self._arrays
             }
         except MemoryError as error:
-            many = f", {len(self.layers)} wavelengths each" if self.layers else ""
-            raise TraceError(
-                f"film.size: there is no memory for the map of {rays:,} pixels{many}; use a smaller film"
-            ) from error
+            key, what, advice = self._asked_for(rays)
+            raise TraceError(f"{key}: there is no memory for {what}; {advice}") from error
+
+    def _asked_for(self, rays: int) -> tuple[str, str, str]:
+        """Return by which key so many rays are asked for, what they are, and what to do where they are too many."""
+        if self.layers:
+            what = f"the rays of {rays:,} pixels at {len(self.layers)} wavelengths"
+            return "effects.dispersion", what, "ask for fewer wavelengths, or use a smaller film"
+        return "film.size", f"the rays of {rays:,} pixels", "use a smaller film"
+
+    def _nbytes(self, numbers: int) -> int:
+        """Return what an array takes for a ray, of each layer."""
+        return self._sets * (numbers * np.dtype(self.dtype).itemsize or 1)
 
     @property
     def tile_pixels(self) -> int:
@@ -116,9 +126,17 @@ class Job:
         return np.concatenate([array, np.repeat(array[-1:], missing, axis=0)])
 
     def run_film(self) -> dict[str, NDArray[Any]]:
-        """Trace the ray of every film pixel; return the ends, row by row."""
+        """Trace the ray of every film pixel; return the ends, row by row.
+
+        Raises
+        ------
+        TraceError
+            If there is no memory for them.
+        """
         film = self.scene.film
-        ends = self.empty_ends(film.rows * film.columns)
+        pixels = film.rows * film.columns
+        hold(pixels * sum(self._nbytes(numbers) for _, numbers in self._arrays), *self._asked_for(pixels))
+        ends = self.empty_ends(pixels)
         for row, column, columns, first, count in tiles(film.rows, film.columns, self._sets):
             self.run(ends, (row, column, columns, count), first, ())
         return ends
@@ -130,7 +148,7 @@ class Job:
         count, width = tile[3], self.source.structure.width
         packets, part = -(-count // width), slice(first, first + count)
         for name, numbers in self._arrays:
-            nbytes = self._sets * packets * width * (numbers * np.dtype(self.dtype).itemsize or 1)
+            nbytes = packets * width * self._nbytes(numbers)
             if name not in self._buffers or self._buffers[name].nbytes < nbytes:
                 self._buffers[name] = self.device.empty(nbytes)
         inputs = [*rays, *([np.int32(self._sets)] if self.layers else ())]
