@@ -47,7 +47,7 @@ from lenscl.expr.printing import MAX_TEXT
 from lenscl.lenses import user_surface
 from lenscl.methods import METHODS, choose
 from lenscl.sweep import study_hard_spots
-from lenscl.tracing.job import structure_of
+from lenscl.tracing.structure import structure_of
 
 LONGEST_ANSWER = 2.0  # seconds of processor time
 MOST_GROWTH = 64 * 2**20  # bytes that a worker's peak memory may grow by in the second half of its work

@@ -1,7 +1,7 @@
 // trace.cl: follow a packet of rays from the source through every surface to the picture's plane.
 //
 // provides  the kernel trace
-// needs     prelude, ray, layer_of_item(), next_ray(), parks(), count_steps(), refract(), land(), store_end(); generated:
+// needs     prelude, ray, layer, layer_of_item(), next_ray(), parks(), count_steps(), refract(), land(), store_end(); generated:
 //           scene_t, meet_lenses(), at_interface(), at_picture(), store_effects(), EFFECT_PARAMETERS, EFFECT_ARGUMENTS
 // set by    the generated head: RUN
 
@@ -61,16 +61,17 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
 
 // One work-item carries RUN packets of the tile, one after the other: what they share is read once.
 kernel void trace(global const scene_t *restrict numbers, const int4 tile, const int max_events,
-                  END_PARAMETERS EFFECT_PARAMETERS RAY_PARAMETERS PARK_PARAMETERS COUNT_PARAMETERS) {
-  const layer_t layer = layer_of_item(tile PARK_ARGUMENTS);
+                  END_PARAMETERS EFFECT_PARAMETERS RAY_PARAMETERS LAYER_PARAMETERS PARK_PARAMETERS
+                      COUNT_PARAMETERS) {
+  const layer_t layer = layer_of_item(tile LAYER_ARGUMENTS);
   const scene_t scene = numbers[layer.number];
   const int begin = layer.item * (RUN * VW);
   const int end = tile.w - begin < RUN * VW ? tile.w : begin + RUN * VW;
   for (int first = begin; first < end; first += VW) {
-    ray_t ray = next_ray(&scene, tile, first RAY_ARGUMENTS PARK_ARGUMENTS);
+    ray_t ray = next_ray(&scene, layer, tile, first RAY_ARGUMENTS PARK_ARGUMENTS);
     maskv travels = ray.alive;
     for (int event = 0; any_lane(travels); ++event) {
-      if (event >= PARKS_FROM && parks(&ray, travels, first PARK_ARGUMENTS)) break;
+      if (event >= PARKS_FROM && parks(&ray, travels, layer, first PARK_ARGUMENTS)) break;
       to_next_surface(&ray, &travels, &scene, max_events COUNT_ARGUMENTS);
     }
     const place_t place = land(&ray, &scene.picture);

@@ -35,7 +35,7 @@ FAULTS = (
           "turns = (realv)1;"),
     Fault("normal without the inverse transpose", "lens.cl", "real3v n = to_world_normal(lens, gradient);",
           "real3v n = turn3(lens->to_world, gradient);"),
-    Fault("reflected not quite", "effects/follow_total_reflection.cl", "(realv)-2 *", "(realv)NUMBER(-1.999) *"),
+    Fault("reflected not quite", "effects/mirrored.cl", "(realv)-2 *", "(realv)NUMBER(-1.999) *"),
     Fault("direction not unit", "rays_point.cl", "aims ? (realv)1 / sqrt(square)", "aims ? (realv)1"),
     Fault("refracted longer than unit", "snell_exact.cl", "eta * d.z - along * g.z}",
           "(realv)NUMBER(1.001) * (eta * d.z - along * g.z)}"),

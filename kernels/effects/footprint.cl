@@ -1,7 +1,7 @@
 // footprint.cl: how a ray's place on the picture changes with its film pixel, carried through every surface.
 //
 // provides  footprint_start(), footprint_interface(), footprint_landing()
-// needs     prelude, ray, screen, hessian, footprint_ways(), footprint_bent(); generated: at_lens_hessian()
+// needs     prelude, ray, screen, hessian, mirrored, footprint_ways(), footprint_bent(); generated: at_lens_hessian()
 // carries   point_*, turn_*: the changes of the ray's origin and direction, _by_row and _by_column, world;
 //           s_by_row, s_by_column, t_by_row, t_by_column: of the place, once it has landed
 // source    Igehy, Tracing Ray Differentials, SIGGRAPH 1999
@@ -71,14 +71,14 @@ static inline void footprint_interface(ray_t *ray, const interface_t *at, const 
     const real3v h = curve.change[i];
     const real3v across = at3(h, n, -dot3(h, n));
     const real3v n_change = {inverse * across.x, inverse * across.y, inverse * across.z};
-    const real3v bent = footprint_bent(d, ray->direction, n, eta, by[i].turn, n_change);
+    real3v turn = footprint_bent(d, ray->direction, n, eta, by[i].turn, n_change);
 
-    // A reflected ray is d - 2 (d.n) n
-    const realv dn = dot3(d, n), dn_change = dot3(by[i].turn, n) + dot3(d, n_change);
-    const real3v mirrored = {by[i].turn.x - (realv)2 * (dn_change * n.x + dn * n_change.x),
-                             by[i].turn.y - (realv)2 * (dn_change * n.y + dn * n_change.y),
-                             by[i].turn.z - (realv)2 * (dn_change * n.z + dn * n_change.z)};
-    by[i].turn = pick3(lanes, pick3(at->total, mirrored, bent), by[i].turn);
+    // Reflection is linear in d, and n turns by n_change: in d - 2 (d.n) n it stands twice
+    if (any_lane(at->total)) {
+      const real3v along_n = at3(mirrored(by[i].turn, n), n, (realv)-2 * dot3(d, n_change));
+      turn = pick3(at->total, at3(along_n, n_change, (realv)-2 * dot3(d, n)), turn);
+    }
+    by[i].turn = pick3(lanes, turn, by[i].turn);
     by[i].point = pick3(lanes, curve.way[i], by[i].point);
   }
   footprint_keep(ray, by);

@@ -1,6 +1,6 @@
 // fresnel_front.cl: the share of unpolarised light that the first surface reflects, met from outside.
 //
-// provides  fresnel_front_start(), fresnel_front_interface(), at_front(), off_front()        needs  prelude, ray, fresnel
+// provides  fresnel_front_start(), fresnel_front_interface(), at_front()        needs  prelude, ray, fresnel
 // carries   reflectance: 0 where no surface is met, where the source lies inside, and where all is reflected, as then the
 //           ray itself goes that way
 //
@@ -10,12 +10,6 @@
 static inline maskv at_front(const ray_t *ray, const interface_t *at) {
   const maskv first = at->lanes & (ray->events == (maskv)1) & not_lane(at->leaves);
   return first & not_lane(at->total) & ray->alive;
-}
-
-// The direction in which a surface reflects.
-static inline real3v off_front(const interface_t *at) {
-  const realv twice = (realv)-2 * dot3(at->incident, at->normal) / dot3(at->normal, at->normal);
-  return at3(at->incident, at->normal, twice);
 }
 
 static inline void fresnel_front_start(ray_t *ray, const scene_t *scene) { ray->reflectance = (realv)0; }

@@ -58,7 +58,9 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         *(located(f"effects/{name}.cl") for name in _effect_files(structure)),
         generated("what this scene consists of"),
         "\n".join(_calls(structure)),
-        located(_packets(structure)),
+        located("layer.cl"),
+        located(_layer(structure)),
+        located("parks.cl" if structure.parks else "parks_never.cl"),
         located("steps_counted.cl" if structure.counts else "steps_uncounted.cl"),
         located("trace.cl"),
     ]
@@ -69,12 +71,10 @@ def _possible(structure: Structure) -> str:
     return "possible" if any(effect.fact == TOTAL for effect in structure.effects) else "impossible"
 
 
-def _packets(structure: Structure) -> str:
-    """Return the fragment that hands out packets to work-items."""
-    for effect in structure.effects:
-        if effect.layers:
-            return f"effects/{effect.name}.cl"
-    return "parks.cl" if structure.parks else "parks_never.cl"
+def _layer(structure: Structure) -> str:
+    """Return the fragment that tells a work-item by which of the scene's sets of numbers it traces."""
+    layers = (f"effects/{effect.name}.cl" for effect in structure.effects if effect.layers)
+    return next(layers, "layer_single.cl")
 
 
 def _banner(structure: Structure) -> str:
@@ -114,8 +114,9 @@ def _lens_numbers(structure: Structure) -> Iterator[str]:
 
 
 def _effect_files(structure: Structure) -> Iterator[str]:
+    yield from dict.fromkeys(name for effect in structure.effects for name in effect.uses)
     for effect in structure.effects:
-        if effect.layers:  # whose fragment hands out packets
+        if effect.layers:  # whose fragment stands where the layers are handed out
             continue
         yield from (f"{effect.name}_{getattr(structure, attribute)}" for attribute in effect.by)
         yield effect.name

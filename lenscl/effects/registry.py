@@ -80,12 +80,14 @@ class Variant:
     by : tuple of str
         The attributes of a kernel's structure on which its text hangs, too: it comes behind
         kernels/effects/<name>_<value>.cl of each.
+    uses : tuple of str
+        The files of kernels/effects that it shares with others, which stand in a kernel once, before all that use them.
     needs : tuple of str
         The functions of every surface that it calls, beyond those of the search.
     layers : bool
         Whether every ray is traced once for each of several wavelengths, in one launch: a work-item reads the numbers
-        of its own one, arrays get a leading axis. Such a variant's fragment hands out the packets, in the place of
-        parks_never.cl; it has no hooks.
+        of its own one, arrays get a leading axis. Such a variant's fragment hands out the layers, in the place of
+        layer_single.cl; it has no hooks.
     """
 
     name: str
@@ -98,6 +100,7 @@ class Variant:
     only: Fact | None = None
     builds_on: tuple[str, ...] = ()
     by: tuple[Literal["source", "snell"], ...] = ()
+    uses: tuple[Literal["mirrored"], ...] = ()
     needs: tuple[Literal["hessian"], ...] = ()
     layers: bool = False
 
@@ -218,7 +221,7 @@ _ROWS = (
         model="where Snell's law leaves no refracted ray, the law of reflection; or the ray ends there",
         default="auto",
         variants={
-            "follow": (Variant(name="follow_total_reflection", steers=True, fact=TOTAL),),
+            "follow": (Variant(name="follow_total_reflection", steers=True, fact=TOTAL, uses=("mirrored",)),),
             "end": (Variant(name="end_at_total_reflection", steers=True, fact=TOTAL),),
         },
         can_be_off=False,
@@ -250,6 +253,7 @@ _ROWS = (
                     name="reflected_place",
                     steers=False,
                     builds_on=("fresnel", "fresnel_front"),
+                    uses=("mirrored",),
                     hooks=("start", "interface"),
                     carries=("reflected_s", "reflected_t"),
                     adds=(
@@ -265,6 +269,7 @@ _ROWS = (
                     name="reflected_away",
                     steers=False,
                     builds_on=("fresnel", "fresnel_front"),
+                    uses=("mirrored",),
                     hooks=("start", "interface"),
                     carries=("reflected_x", "reflected_y", "reflected_z"),
                     adds=(
@@ -341,6 +346,7 @@ _ROWS = (
                         ),
                     ),
                     by=("source", "snell"),
+                    uses=("mirrored",),
                     needs=("hessian",),
                 ),
             )

@@ -10,7 +10,6 @@ from lenscl.tracing.beside import BESIDE, complete
 from lenscl.tracing.called import Call, calls, reach_of, study_needs, with_needs
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.follow import Ends, Follower, PixelFollower
-from lenscl.tracing.job import methods_of
 from lenscl.tracing.judge import Nudge, trace_to_judge
 from lenscl.tracing.launch import checked_rays, kernel_source, trace, trace_rays, trace_without
 from lenscl.tracing.numbers import TOLERANCE, picture_numbers
@@ -18,6 +17,7 @@ from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import Caustic, RayMap, RayPaths, Samples
 from lenscl.tracing.start import locate
 from lenscl.tracing.steps import StepCount, count_steps
+from lenscl.tracing.structure import methods_of
 
 __all__ = [
     "BESIDE",

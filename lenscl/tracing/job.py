@@ -12,23 +12,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lenscl import codegen, device, effects, methods
-from lenscl.codegen import KernelSource, Structure
+from lenscl import codegen
+from lenscl.codegen import KernelSource
 from lenscl.config import Scene
 from lenscl.config.scene import Frozen
 from lenscl.device import Buffer, Device
-from lenscl.errors import StudyError, TraceError
-from lenscl.methods import LAST_RESORT, Method
+from lenscl.errors import TraceError
+from lenscl.methods import LAST_RESORT
 from lenscl.status import RayStatus
-from lenscl.tracing.called import needs_of
+from lenscl.tracing.memory import hold
 from lenscl.tracing.numbers import index_numbers, scene_numbers
-from lenscl.tracing.placement import Placement
+from lenscl.tracing.parking import Parking
 from lenscl.tracing.raymap import RayPaths
 from lenscl.tracing.start import locate
+from lenscl.tracing.structure import check_steps, chosen_device, structure_of
 
 _TILE_PIXELS = 2**20  # about 19 MB of buffers in double; the most that kernels/film.cl allows
-_ALMOST_ALONE = 4  # of a packet's lanes, one in so many may be put aside, as in kernels/parks.cl
-_MARCH_STEPS = 10**6  # steps through a lens's box beyond which `march` would never come home
 _REALS: dict[str, type[np.floating[Any]]] = {"single": np.float32, "double": np.float64}
 _MAP = (("st", 2), ("status", 0), ("events", 0))  # name, numbers a ray; 0: one byte
 _ARRAYS = {"map": _MAP, "legs": (*_MAP, ("origin", 3), ("direction", 3))}  # as the kernels' ends_*.cl take them
@@ -47,6 +46,7 @@ class Job:
         # The scenes of one wavelength each, that are traced side by side; none where there are no layers
         self.layers = scene.layers() if source.structure.layered else ()
         self.wavelengths = scene.wavelengths if source.structure.layered else ()
+        self._sets = max(1, len(self.layers))  # of the scene's numbers
         self._numbers = self._packed(lambda numbers: numbers)
         added = [(output.name, len(output.members)) for output in source.structure.adds]
         self._shapes = {output.name: output.pixel_shape for output in source.structure.adds}
@@ -76,7 +76,7 @@ class Job:
         structure = structure_of(scene, rays, ends, chosen)
         effects_in = tuple(effect for effect in structure.effects if without not in (effect.name, *effect.builds_on))
         structure = replace(structure, counts=counts, effects=effects_in)
-        _check_steps(scene, structure)
+        check_steps(scene, structure)
         return cls(scene, codegen.kernel_source(structure), chosen, kind)
 
     def change_numbers(self, change: Callable[[Mapping[str, ArrayLike]], Mapping[str, ArrayLike]]) -> None:
@@ -101,15 +101,24 @@ class Job:
                 for name, n in self._arrays
             }
         except MemoryError as error:
-            many = f", {len(self.layers)} wavelengths each" if self.layers else ""
-            raise TraceError(
-                f"film.size: there is no memory for the map of {rays:,} pixels{many}; use a smaller film"
-            ) from error
+            key, what, advice = self._asked_for(rays)
+            raise TraceError(f"{key}: there is no memory for {what}; {advice}") from error
+
+    def _asked_for(self, rays: int) -> tuple[str, str, str]:
+        """Return by which key so many rays are asked for, what they are, and what to do where they are too many."""
+        if self.layers:
+            what = f"the rays of {rays:,} pixels at {len(self.layers)} wavelengths"
+            return "effects.dispersion", what, "ask for fewer wavelengths, or use a smaller film"
+        return "film.size", f"the rays of {rays:,} pixels", "use a smaller film"
+
+    def _nbytes(self, numbers: int) -> int:
+        """Return what an array takes for a ray, of each layer."""
+        return self._sets * (numbers * np.dtype(self.dtype).itemsize or 1)
 
     @property
     def tile_pixels(self) -> int:
         """How many rays a launch takes, so that those of all layers fit into one tile's memory."""
-        return _tile_pixels(max(1, len(self.layers)))
+        return _tile_pixels(self._sets)
 
     def padded(self, array: NDArray[Any]) -> NDArray[Any]:
         """Return rows repeated at the end up to whole packets."""
@@ -117,10 +126,18 @@ class Job:
         return np.concatenate([array, np.repeat(array[-1:], missing, axis=0)])
 
     def run_film(self) -> dict[str, NDArray[Any]]:
-        """Trace the ray of every film pixel; return the ends, row by row."""
+        """Trace the ray of every film pixel; return the ends, row by row.
+
+        Raises
+        ------
+        TraceError
+            If there is no memory for them.
+        """
         film = self.scene.film
-        ends = self.empty_ends(film.rows * film.columns)
-        for row, column, columns, first, count in tiles(film.rows, film.columns, max(1, len(self.layers))):
+        pixels = film.rows * film.columns
+        hold(pixels * sum(self._nbytes(numbers) for _, numbers in self._arrays), *self._asked_for(pixels))
+        ends = self.empty_ends(pixels)
+        for row, column, columns, first, count in tiles(film.rows, film.columns, self._sets):
             self.run(ends, (row, column, columns, count), first, ())
         return ends
 
@@ -129,41 +146,41 @@ class Job:
     ) -> None:
         """Trace a tile into the rows of `ends` from `first` on."""
         count, width = tile[3], self.source.structure.width
-        packets = -(-count // width)
+        packets, part = -(-count // width), slice(first, first + count)
         for name, numbers in self._arrays:
-            nbytes = max(1, len(self.layers)) * packets * width * (numbers * np.dtype(self.dtype).itemsize or 1)
+            nbytes = packets * width * self._nbytes(numbers)
             if name not in self._buffers or self._buffers[name].nbytes < nbytes:
                 self._buffers[name] = self.device.empty(nbytes)
+        inputs = [*rays, *([np.int32(self._sets)] if self.layers else ())]
+        parks = self.source.structure.parks
+        parking = Parking(self.device, self.source.structure, packets, self._sets) if parks else None
+        self._launch(tile, packets, [*inputs, *(parking.arguments(False) if parking else ())])
         if self.layers:
-            self._launch(tile, packets, [*rays, np.int32(len(self.layers))])
-            self._download_layers(ends, slice(first, first + count), packets * width)
-            return
-        parking = _Parking(self.device, self.source.structure, packets) if self.source.structure.parks else None
-        self._launch(tile, packets, [*rays, *(parking.arguments(False) if parking else ())])
-        for name, _ in self._arrays:
-            self.device.download(self._buffers[name], ends[name][first : first + count])
-        if parking is None or not (places := parking.places()).size:
+            self._take(ends, [part] * self._sets, packets * width)
+        else:
+            for name, array in ends.items():
+                self.device.download(self._buffers[name], array[part])
+        if parking is None or not (again := max(map(len, aside := parking.places()))):
             return
 
         # Carry on those that were put aside; their ends come in the order in which they were
-        again = len(places)
-        self._launch((0, 0, again, again), -(-again // width), [*rays, *parking.arguments(True)])
-        for name, array in ends.items():
-            part = np.empty((again, *array.shape[1:]), array.dtype)
-            self.device.download(self._buffers[name], part)
-            array[first + places] = part
+        packets = -(-again // width)
+        self._launch((0, 0, again, again), packets, [*inputs, *parking.arguments(True)])
+        self._take(ends, [first + places for places in aside], packets * width)
 
-    def _download_layers(self, ends: dict[str, NDArray[Any]], part: slice, padded: int) -> None:
-        """Take what a launch made of a part of the rays, of every layer so many rows."""
+    def _take(self, ends: dict[str, NDArray[Any]], rows: Sequence[slice | NDArray[Any]], padded: int) -> None:
+        """Take what a launch made into rows of the ends, of every layer; a layer of the launch has so many."""
         for name, array in ends.items():
-            whole = np.empty((len(self.layers), padded, *array.shape[2:]), array.dtype)
-            self.device.download(self._buffers[name], whole)
-            array[:, part] = whole[:, : part.stop - part.start]
+            layers = array if self.layers else array[np.newaxis]
+            made = np.empty((len(layers), padded, *layers.shape[2:]), array.dtype)
+            self.device.download(self._buffers[name], made)
+            for layer, its_rows, its_made in zip(layers, rows, made, strict=True):
+                layer[its_rows] = its_made[: len(layer[its_rows])]
 
     def _launch(self, tile: tuple[int, int, int, int], packets: int, inputs: Sequence[Any]) -> None:
         outputs = [self._buffers[name] for name, _ in self._arrays]
         most = np.int32(self.max_events)
-        items = -(-packets // self.source.structure.run) * max(1, len(self.layers))
+        items = -(-packets // self.source.structure.run) * self._sets
         counts = np.zeros((items, 2), np.uint32)  # searches and steps of a work-item
         counters = [self.device.upload(counts)] if self.source.structure.counts else []
         arguments = [self._numbers, np.array(tile, np.int32), most, *outputs, *inputs, *counters]
@@ -242,30 +259,6 @@ class Job:
         }
 
 
-class _Parking:
-    """Where a launch puts aside the last few rays of its packets, as kernels/parks.cl does."""
-
-    def __init__(self, chosen: Device, structure: Structure, packets: int) -> None:
-        words, width = structure.ray_words, structure.width
-        room = packets * (width // _ALMOST_ALONE) + width  # a packet's worth beyond is read, not used
-        self._device = chosen
-        self._count = chosen.upload(np.zeros(1, np.int32))
-        self._places = chosen.empty(4 * room)
-        self._words = chosen.empty(np.dtype(_REALS[structure.carried]).itemsize * words * room)
-
-    def arguments(self, carries_on: bool) -> tuple[Any, ...]:
-        """Return what the kernel takes; the second launch carries on what the first put aside."""
-        return np.int32(carries_on), self._count, self._places, self._words
-
-    def places(self) -> NDArray[np.int32]:
-        """Return the rays that were put aside, by their numbers in the launch."""
-        count = np.empty(1, np.int32)
-        self._device.download(self._count, count)
-        places = np.empty(int(count[0]), np.int32)
-        self._device.download(self._places, places)
-        return places
-
-
 def traced_rays(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> RayPaths:
     """Return the paths of given rays: points and unit directions, shape (N, 3)."""
     return RayPaths(**job.result(decided_ends(job, points, units), len(points)))
@@ -288,84 +281,6 @@ def given_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]
         arrays = [points[part].astype(job.dtype), units[part].astype(job.dtype), inside[part], on[part]]
         job.run(ends, (0, first, count, count), first, [job.device.upload(job.padded(array)) for array in arrays])
     return ends
-
-
-def methods_of(scene: Scene) -> tuple[Method, ...]:
-    """Return the method that searches each lens.
-
-    Raises
-    ------
-    StudyError
-        If the one asked for does not serve a lens.
-    """
-    wanted, chosen, problems = scene.numerics.method, [], []
-    for number, lens in enumerate(scene.lenses):
-        is_polynomial = lens.surface.sign_polynomial(lens.values) is not None
-        method = methods.choose(wanted, is_polynomial=is_polynomial)
-        if method is None:
-            which = f'lens "{lens.name}"' if lens.name else f"lens[{number}]"
-            problems.append(
-                f'numerics.method: "{wanted}" searches polynomials, and {which} ({lens.surface.name}) is none '
-                'with these parameters; use "auto"'
-            )
-        else:
-            chosen.append(method)
-    if problems:
-        raise StudyError(problems)
-    return tuple(chosen)
-
-
-def chosen_device(wanted: Device | str | None) -> Device:
-    """Return the device that was asked for, by itself, by name, or not at all."""
-    return wanted if isinstance(wanted, Device) else device.choose(wanted)
-
-
-def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structure:
-    """Return what a scene's kernel is made of on a device."""
-    numerics = scene.numerics
-    if numerics.accuracy is not None:
-        raise StudyError(
-            [
-                "numerics.accuracy: what meets it is to be chosen before this; `lenscl.trace` does so, or set "
-                "numerics.method and numerics.precision"
-            ]
-        )
-    if numerics.precision != "single" and not chosen.has_double:
-        raise TraceError(
-            f"numerics.precision: {chosen.label} has no double precision; "
-            'set precision = "single", or choose another of `lenscl devices` by LENSCL_DEVICE'
-        )
-    width = chosen.width(codegen.carried(numerics.precision))
-    needs, searched = needs_of(scene, rays_given=rays == "given"), methods_of(scene)
-    called = effects.called(scene.effects, needs.facts)
-    reached = sorted(needs.lenses)
-    return Structure(
-        lenses={number: scene.lenses[number].surface for number in reached},
-        rays=rays,
-        ends=ends,
-        methods={number: searched[number] for number in reached},
-        snell=numerics.snell,
-        effects=called,
-        precision=numerics.precision,
-        width=width,
-        run=chosen.run,
-        # Rays of several wavelengths have no packet in common
-        parks=chosen.run > 1 and width >= _ALMOST_ALONE and not any(effect.layers for effect in called),
-        source=scene.source.kind,
-    )
-
-
-def _check_steps(scene: Scene, structure: Structure) -> None:
-    if "step" not in structure.reads():
-        return
-    diagonal = max(Placement.of(lens).diagonal() for lens in scene.lenses)
-    if diagonal > _MARCH_STEPS * scene.numerics.step:
-        raise StudyError(
-            [
-                f"numerics.step: {scene.numerics.step:g} would take more than {_MARCH_STEPS:,} steps through a lens "
-                f"{diagonal:g} across; use at least {diagonal / _MARCH_STEPS:.3g}"
-            ]
-        )
 
 
 def _tile_pixels(layers: int) -> int:

@@ -14,8 +14,9 @@ from lenscl.device import Device
 from lenscl.errors import TraceError
 from lenscl.tracing.called import steering
 from lenscl.tracing.film import film_rays
-from lenscl.tracing.job import Job, chosen_device, structure_of, traced_rays, unit_vectors
+from lenscl.tracing.job import Job, traced_rays, unit_vectors
 from lenscl.tracing.raymap import RayMap, RayPaths
+from lenscl.tracing.structure import chosen_device, structure_of
 
 _FARTHEST = 1e30  # scene units: as for picture coordinates; single precision ends at 3e38
 

@@ -18,7 +18,7 @@ if it is n times as large.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -33,11 +33,13 @@ from lenscl.errors import TraceError
 from lenscl.status import RayStatus
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.job import Job, given_ends, tiles, unit_vectors
+from lenscl.tracing.memory import hold
 from lenscl.tracing.raymap import RayMap, Samples
 
 _JUMP = 4.0  # times the steps around it: where places go like sqrt(x), as near a silhouette, it is at most 2.4
 _VISIBLE = 0.5  # pixels of the picture: smaller steps show no edge
 _AT_A_TIME = 2**20  # rays made on the host at a time
+_OWN = ("st", "status", "events")  # arrays of any samples
 _LANDS = tuple(int(status) for status in RayStatus if status.lands)
 
 Array = NDArray[np.float64]
@@ -72,12 +74,32 @@ def _sampled(raymap: RayMap) -> RayMap:
         pixels = np.flatnonzero(np.logical_or.reduce([edges(layer) for layer in layers]))
     else:
         side, pixels = int(asked), np.arange(layers[0].status.size)
-    traced = [_traced(layer, side, pixels, is_whole=asked != "edges") for layer in layers]
+    _check_memory(layers, side, len(pixels))
+    is_whole = asked != "edges"
+    if "wavelengths" in raymap.added:
+        fields = _of_each(layers, side, pixels, is_whole=is_whole)
+    else:
+        fields = _traced(raymap, side, pixels, is_whole=is_whole)
     return replace(
         raymap,
-        samples=_together(raymap, side, pixels, traced),
-        trace_seconds=raymap.trace_seconds + sum(fields["trace_seconds"] for fields in traced),
-        escalated=raymap.escalated + sum(fields["escalated"] for fields in traced),
+        samples=Samples(side=side, pixels=pixels, **{name: fields[name] for name in (*_OWN, "added")}),
+        trace_seconds=raymap.trace_seconds + fields["trace_seconds"],
+        escalated=raymap.escalated + fields["escalated"],
+    )
+
+
+def _check_memory(layers: Sequence[RayMap], side: int, pixels: int) -> None:
+    """Refuse samples that do not fit beside those of one wavelength, of which they are put together."""
+    rays = pixels * side**2
+    one = layers[0]
+    each = sum(array.nbytes for array in (one.st, one.status, one.events, *one.added.values())) // one.status.size
+    many = len(layers)
+    light, wish = (f" at {many} wavelengths", "for fewer wavelengths, ") if many > 1 else ("", "")
+    hold(
+        rays * each * (many + 1 if many > 1 else 1),
+        "effects.antialias",
+        f"{side} x {side} rays of each of {pixels:,} film pixels{light}",
+        f'ask for fewer a pixel, {wish}for "edges", or for a smaller film',
     )
 
 
@@ -95,16 +117,26 @@ def _traced(layer: RayMap, side: int, pixels: NDArray[np.integer[Any]], *, is_wh
     return job.result(ends, len(pixels), side**2)
 
 
-def _together(raymap: RayMap, side: int, pixels: NDArray[np.integer[Any]], traced: list[dict[str, Any]]) -> Samples:
-    """Return the samples of all wavelengths, with an axis of those in front where the map has one."""
-    has_axis = "wavelengths" in raymap.added
+def _of_each(
+    layers: Sequence[RayMap], side: int, pixels: NDArray[np.integer[Any]], *, is_whole: bool
+) -> dict[str, Any]:
+    """Return the fields of the samples of all wavelengths, with an axis of those in front.
 
-    def stacked(arrays: list[NDArray[Any]]) -> NDArray[Any]:
-        return np.stack(arrays) if has_axis else arrays[0]
-
-    own = {name: stacked([fields[name] for fields in traced]) for name in ("st", "status", "events")}
-    added = {name: stacked([fields["added"][name] for fields in traced]) for name in traced[0]["added"]}
-    return Samples(side=side, pixels=pixels, **own, added=Frozen(added))
+    One wavelength's own are let go before the next one's are traced.
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    seconds, escalated = 0.0, 0
+    for number, layer in enumerate(layers):
+        fields = _traced(layer, side, pixels, is_whole=is_whole)
+        for name, array in {**{name: fields[name] for name in _OWN}, **fields["added"]}.items():
+            if name not in arrays:
+                arrays[name] = np.empty((len(layers), *array.shape), array.dtype)
+            arrays[name][number] = array
+        seconds += fields["trace_seconds"]
+        escalated += fields["escalated"]
+        del fields, array
+    own = {name: arrays.pop(name) for name in _OWN}
+    return {**own, "added": Frozen(arrays), "trace_seconds": seconds, "escalated": escalated}
 
 
 def edges(raymap: RayMap) -> NDArray[np.bool_]:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scenes import make_scene
 
-from lenscl.accuracy import CalibrationCache, Planner, check_map, error_map, front
+from lenscl.accuracy import CalibrationCache, Failure, Planner, SelfCheck, check_map, error_map, front
 from lenscl.accuracy.achieved import check, wanted_of
 from lenscl.accuracy.combination import Combination
 from lenscl.accuracy.path import explain_pixel
@@ -66,7 +66,21 @@ def test_every_wavelength_is_checked_by_itself() -> None:
     assert found.rays == sum(check_map(layer).rays for layer in raymap.layers()) > 60
     events = raymap.events.copy()
     events[1][events[1] > 0] += 1
-    assert check_map(replace(raymap, events=events)).failed > 20  # in the middle one alone
+    wrong = check_map(replace(raymap, events=events))
+    assert wrong.failed > 20
+    assert {failure.wavelength for failure in wrong.failures} == {545.0}  # in the middle one alone
+    assert all(" at 545 nm: expected" in warning for warning in wrong.warnings())
+
+
+def test_a_failure_names_its_wavelength_and_is_kept_with_it() -> None:
+    failure = Failure(row=7, column=9, event=2, law="snell", residual=1e-3, bound=1e-12)
+    found = SelfCheck(rays=1, failed=1, failures=(failure,)).at_wavelength(587.5618)
+    assert next(found.warnings()).startswith("pixel (7, 9) at 587.6 nm at surface 2: expected")
+    assert SelfCheck.from_json(found.as_json()) == found
+    assert " nm" not in str(failure)
+    old = found.as_json()
+    del old["failures"][0]["wavelength"]  # as it was written down before failures had one
+    assert SelfCheck.from_json(old).failures == (failure,)
 
 
 def test_paths_are_explained_at_the_d_line() -> None:

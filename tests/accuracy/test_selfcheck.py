@@ -224,7 +224,7 @@ FAULTS: dict[str, tuple[str, str, str, str]] = {
     "takes the normal's side for the ray's": (
         "snell", "trace.cl", "const realv turns = leaves ? (realv)-1 : (realv)1;", "const realv turns = (realv)1;"),
     "lands askew": ("place", "screen.cl", "arrives ? s :", "arrives ? t :"),
-    "half reflected": ("length", "effects/follow_total_reflection.cl", "(realv)-2 *", "(realv)NUMBER(-1.999) *"),
+    "half reflected": ("length", "effects/mirrored.cl", "(realv)-2 *", "(realv)NUMBER(-1.999) *"),
 }  # fmt: skip
 
 

@@ -85,7 +85,7 @@ def test_who_asks_for_nothing_gets_nothing() -> None:
     assert "// effects  none\n" in text
     words = {"transmittance", "transmission", "absorption", "path_length", "polarised", "opaque", "effects/"}
     words |= {one.name for effect in EFFECTS.values() for some in effect.variants.values() for one in some}
-    words |= {"wavelength", "wavelengths"}
+    words |= {"wavelength", "wavelengths", "mirrored"}
     words |= {member for effect in EFFECTS.values() for some in effect.variants.values() for one in some
               for member in one.carries}  # fmt: skip
     found = {word for word in words if re.search(rf"\b{word}\b", text)}

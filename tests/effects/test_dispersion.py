@@ -71,14 +71,6 @@ def test_every_wavelength_is_traced_as_if_it_were_alone(lens: dict[str, Any], pa
     assert sum(found.counts().values()) == 5 * 29 * 37
 
 
-def test_packets_of_users_and_rays_put_aside_change_nothing() -> None:
-    """Without dispersion the last rays of a packet may be carried on in another; with it they never are."""
-    scene = dispersive({"surface": "torus", "n": "SF11"}, 3, film={"size": [64, 61]})
-    found = trace(scene)
-    assert not found.kernel.structure.parks
-    assert assert_alike(found, scene) > 500
-
-
 def test_films_larger_than_a_tile_have_a_tile_for_all_wavelengths(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = dispersive({"surface": "prism", "n": "F2"}, 7)
     whole = trace(scene)

@@ -227,6 +227,8 @@ static inline void store_effects(const ray_t *ray, int first EFFECT_PARAMETERS) 
   scatter(ray->path_length, path_length + first, 1);
 }
 
+// ... layer.cl
+// ... layer_single.cl
 // ... parks_never.cl
 // ... steps_uncounted.cl
 // ... trace.cl

@@ -237,6 +237,7 @@ static inline void at_lens_hessian(const scene_t *scene, maskv lens, hessian_t *
   if (any_lane(is_1)) lens_1_hessian(&scene->lens_1, scene->shape_1, is_1, asked);
 }
 
+// ... effects/mirrored.cl
 // ... effects/follow_total_reflection.cl
 // ... effects/footprint_point.cl
 // ... effects/footprint_exact.cl
@@ -273,6 +274,8 @@ static inline void store_effects(const ray_t *ray, int first EFFECT_PARAMETERS) 
   scatter(ray->t_by_column, jacobian + 4 * first + 3, 4);
 }
 
+// ... layer.cl
+// ... layer_single.cl
 // ... parks_never.cl
 // ... steps_uncounted.cl
 // ... trace.cl

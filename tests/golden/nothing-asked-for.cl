@@ -138,6 +138,8 @@ static inline void at_picture(ray_t *ray, const place_t *place, const scene_t *s
 static inline void store_effects(const ray_t *ray, int first EFFECT_PARAMETERS) {
 }
 
+// ... layer.cl
+// ... layer_single.cl
 // ... parks_never.cl
 // ... steps_uncounted.cl
 // ... trace.cl

@@ -232,6 +232,7 @@ static inline void biconvex_slope_bands(const biconvex_parts_t *parts, biconvex_
 // ... snell_exact.cl
 // ... screen.cl
 // ... ends_map.cl
+// ... effects/mirrored.cl
 // ... effects/follow_total_reflection.cl
 // ... effects/fresnel_polarised.cl
 #line 1 "generated"
@@ -260,6 +261,8 @@ static inline void store_effects(const ray_t *ray, int first EFFECT_PARAMETERS) 
   scatter(ray->transmittance, transmittance + first, 1);
 }
 
+// ... layer.cl
+// ... layer_single.cl
 // ... parks_never.cl
 // ... steps_uncounted.cl
 // ... trace.cl

@@ -176,6 +176,7 @@ static inline void heart_slope_bands(const heart_parts_t *parts, heart_t shape, 
 // ... snell_exact.cl
 // ... screen.cl
 // ... ends_map.cl
+// ... effects/mirrored.cl
 // ... effects/follow_total_reflection.cl
 // ... effects/fresnel.cl
 // ... effects/fresnel_front.cl
@@ -213,6 +214,8 @@ static inline void store_effects(const ray_t *ray, int first EFFECT_PARAMETERS) 
   scatter(ray->reflected_t, reflected_st + 2 * first + 1, 2);
 }
 
+// ... layer.cl
+// ... layer_single.cl
 // ... parks_never.cl
 // ... steps_uncounted.cl
 // ... trace.cl

@@ -134,6 +134,7 @@ static inline realv torus_magnitude(real3v p, torus_t shape) {
 // ... snell_exact.cl
 // ... screen.cl
 // ... ends_map.cl
+// ... effects/mirrored.cl
 // ... effects/follow_total_reflection.cl
 #line 1 "generated"
 // what this scene consists of
@@ -158,6 +159,8 @@ static inline void at_picture(ray_t *ray, const place_t *place, const scene_t *s
 static inline void store_effects(const ray_t *ray, int first EFFECT_PARAMETERS) {
 }
 
+// ... layer.cl
+// ... layer_single.cl
 // ... parks_never.cl
 // ... steps_uncounted.cl
 // ... trace.cl

@@ -16,7 +16,8 @@ from lenscl import codegen, methods
 from lenscl.config import Scene
 from lenscl.device import Device
 from lenscl.tracing.film import film_rays
-from lenscl.tracing.job import Job, given_ends, structure_of, unit_vectors
+from lenscl.tracing.job import Job, given_ends, unit_vectors
+from lenscl.tracing.structure import structure_of
 
 LAST_RESORT = "last resort"
 _CANDIDATES = 200  # looked at for each row

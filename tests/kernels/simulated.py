@@ -27,6 +27,8 @@ from lenscl.device import Device
 from lenscl.imaging.encoding import DTYPES
 from lenscl.lenses import surface
 from lenscl.methods import METHODS
+from lenscl.tracing.job import Job
+from lenscl.tracing.parking import Parking
 
 # A fragment, what it says, what it says in the twin that reaches one element too far, and a family that has it. One ray
 # to a packet: where there are more, a step of one element is seen already because it breaks their alignment
@@ -39,7 +41,7 @@ BROKEN = {
     "origin read one on": ("rays_given.cl", "gather(o + 2, 3)", "gather(o + 3, 3)", {"rays": "given", "width": 1}),
     "one lane too many": ("memory.cl", "i < VW; ++i) out", "i <= VW; ++i) out", {"ends": "legs", "width": 1}),
     "counts one on": ("steps_counted.cl", "(0) + 1]", "(0) + 2]", {"counts": "counted", "width": 1}),
-    "parked one on": ("parks.cl", "(parked, few)", "(parked + 1, few)", {"width": 4, "rays": "point"}),
+    "parked one on": ("parks.cl", "(parked + layer.number, few)", "(parked + 1, few)", {"width": 4, "rays": "point"}),
 }
 
 
@@ -103,6 +105,21 @@ def run_searches(here: Device, some: bool) -> None:
             assert len(roots.t) == 5
 
 
+def run_wavelengths(here: Device) -> None:
+    """Trace wavelengths, of each of which rays are put aside and carried on."""
+    lens = {"surface": "ellipsoid", "a": 1.0, "b": 0.8, "c": 0.6, "n": "SF11"}
+    scene = make_scene(lens, film={"size": [7, 31]}, effects={"dispersion": 3})
+    job = Job.prepare(scene, "point", "map", None, "single", replace(here, widths=(4, 4)))
+    aside: list[int] = []
+    places = Parking.places
+    Parking.places = lambda self: (found := places(self), aside.extend(map(len, found)))[0]  # type: ignore[method-assign]
+    say("trace: wavelengths")
+    job.run_film()
+    Parking.places = places  # type: ignore[method-assign]
+    assert min(aside) > 0
+    assert len(aside) == 3
+
+
 def run_painting(here: Device, some: bool) -> None:
     """Paint pictures of every type by every filter, and by footprints that reach into their levels."""
     for number, precision in enumerate(("single", "double")):
@@ -136,6 +153,7 @@ def main(some: bool) -> None:
         say(f"trace: {scene.source}")
         raymap = lenscl.trace(scene, precision="single", device=replace(here, widths=(4, 4)))
         assert raymap.origin.shape == (3, 5, 3)
+    run_wavelengths(here)
     run_painting(here, some)
     run_searches(here, some)
     say("done")

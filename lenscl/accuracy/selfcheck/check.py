@@ -52,14 +52,17 @@ def check_map(raymap: RayMap) -> SelfCheck:
     ----------
     raymap : RayMap
         As traced. The rays are traced again on its device by its method, in its precision. Of several wavelengths each
-        is checked, and pixels are named without saying which.
+        is checked, and a failure names its own.
 
     Raises
     ------
     BuildError, TraceError
         If the device refuses to trace them again.
     """
-    return sum((_checked(layer) for layer in raymap.layers()), SelfCheck())
+    checks = [_checked(layer) for layer in raymap.layers()]
+    if "wavelengths" in raymap.added:
+        checks = [check.at_wavelength(nm) for check, nm in zip(checks, raymap.wavelengths.tolist(), strict=True)]
+    return sum(checks, SelfCheck())
 
 
 def _checked(raymap: RayMap) -> SelfCheck:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Self
 
 LAWS = ("length", "surface", "snell", "return", "ahead", "place", "map")
@@ -41,6 +41,8 @@ class Failure:
         One of `LAWS`.
     residual, bound : float
         What was found and what rounding allows, in the law's own unit.
+    wavelength : float or None
+        In vacuum, nm, where the map has several.
     """
 
     row: int
@@ -49,9 +51,11 @@ class Failure:
     law: str
     residual: float
     bound: float
+    wavelength: float | None = None
 
     def __str__(self) -> str:
-        where = f" at surface {self.event}" if self.event else ""
+        light = "" if self.wavelength is None else f" at {self.wavelength:.4g} nm"
+        where = f"{light} at surface {self.event}" if self.event else light
         return (
             f"pixel ({self.row}, {self.column}){where}: expected {_EXPECTED[self.law]}, but the {self.law} check is "
             f"{self.residual:.3g} off where rounding allows {self.bound:.3g}; try another `numerics.precision` or "
@@ -92,6 +96,10 @@ class SelfCheck:
     failed: int = 0
     failures: tuple[Failure, ...] = ()
     error: str | None = None
+
+    def at_wavelength(self, nm: float) -> SelfCheck:
+        """Return the same with failures that name a wavelength."""
+        return replace(self, failures=tuple(replace(failure, wavelength=nm) for failure in self.failures))
 
     def summary(self) -> str:
         """Return one line for people."""
