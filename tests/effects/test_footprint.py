@@ -138,6 +138,7 @@ def test_packets_of_every_width_carry_it(precision: str, width: int) -> None:
     assert np.quantile(off, 0.99) < close
 
 
+FOOTPRINT = "effects/footprint.cl"
 BROKEN = (
     Fault("curvature left out", "effects/footprint.cl", "inverse * across.x, inverse * across.y, inverse * across.z",
           "(realv)0 * across.x, (realv)0 * across.y, (realv)0 * across.z"),
@@ -271,3 +272,29 @@ def test_who_has_not_asked_is_told_how_to() -> None:
     for name in ("jacobian", "magnification", "fold"):
         with pytest.raises(AttributeError, match=rf"{name}; trace with effects\.footprint"):
             getattr(raymap, name)
+
+
+@pytest.mark.parametrize("precision", ["single", "double"])
+def test_what_no_place_could_change_by_is_0(precision: str) -> None:
+    """Of a ray that only just meets its plane, far off, and of one in the film's plane, whose pencil has no size."""
+    scene = make_scene(
+        {"surface": "sphere"}, effects={"footprint": True}, numerics={"precision": precision},
+        picture={"corner": [-3.0, -1.0, 3.0], "right": [6.0, 0.0, 0.0], "down": [0.0, 0.0, 6.0]},
+    )  # fmt: skip
+
+    def jacobian() -> NDArray[Any]:
+        starts = [[3.0, 0.0, 4.0], [3.0, 0.0, 4.0], [3.0, 0.0, 2.5]]
+        paths = trace_rays(scene, starts, [[0.0, -1e-20, -1.0], [0.0, -0.5, -1.0], [0.1, -1.0, 0.0]],
+                           device=plain_device())  # fmt: skip
+        assert (paths.status == RayStatus.OFF_PICTURE).all()
+        return paths.jacobian
+
+    found = jacobian()
+    assert found[0, 1, 0] == 0.0  # of t by the row
+    assert 1e15 < found[0, 0, 1] < 1e20  # of s by the column
+    assert (found[2] == 0).all()
+    assert 1e-3 < found[1, 1, 0] < 1e3
+    with broken(Fault("any change of a place", FOOTPRINT, "(lanes & (abs_v(a) <= FARTHEST)) ? a", "lanes ? a")):
+        kept = np.abs(jacobian())
+    assert kept[0, 1, 0] > 1e30
+    assert not np.isfinite(kept[2]).all()

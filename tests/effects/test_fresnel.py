@@ -6,12 +6,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from faults_in_kernels import Fault, broken
 from numpy.typing import NDArray
+from probe import plain_device
 from scenes import make_scene
 
 from lenscl import RayStatus, trace, trace_rays
 
 Array = NDArray[Any]
+POLARISED = "effects/fresnel_polarised.cl"
 SLAB = {"surface": "max(abs(z) - 0.5, max(abs(x), abs(y)) - 8)", "bounds": [[-9, -9, -1], [9, 9, 1]]}
 EGGS = (  # planes of incidence differ from surface to surface, and light that was totally reflected gets out
     {"surface": "sphere", "name": "first", "r": 0.9, "centre": [0.0, 0.0, 0.8], "n": 1.7, "stretch": [1.0, 0.6, 0.8]},
@@ -167,3 +170,70 @@ def test_an_effect_that_observes_leaves_every_place_as_it_is() -> None:
         assert ((seen.transmittance >= 0.0) & (seen.transmittance <= 1.0)).all()
         assert (seen.transmittance[seen.events == 0] == 1.0).all()
         assert (seen.transmittance[seen.events > 0] < 0.97).all()
+
+
+WEDGE = {"surface": "max(max(x + 2*z, -0.5 - z), max(abs(x), abs(y)) - 1.5)", "bounds": [[-2, -2, -1], [2, 2, 2]]}
+ASKEW = {"surface": "max(max(0.6*y + 0.8*z, -1.5 - z), max(abs(x), abs(y)) - 1.5)", "bounds": [[-2, -2, -2], [2, 2, 2]]}
+
+
+def shares(cos_i: float, n_before: float, n_after: float) -> Array:
+    """Return the refracted power of s and of p by Fresnel's amplitudes (Born & Wolf, sec. 1.5.2)."""
+    cos_t = np.sqrt(1 - (n_before / n_after) ** 2 * (1 - cos_i**2))
+    s = (n_before * cos_i - n_after * cos_t) / (n_before * cos_i + n_after * cos_t)
+    p = (n_after * cos_i - n_before * cos_t) / (n_after * cos_i + n_before * cos_t)
+    return 1 - np.array([s, p]) ** 2
+
+
+def straight_on_between() -> tuple[Array, float]:
+    """Return transmittances of rays through an oblique face, one that they meet straight on, and an oblique one.
+
+    And the one that they should have. The last plane of incidence is at a right angle to the first.
+    """
+    n = 2.0
+    scene = make_scene(
+        WEDGE | {"n": n, "name": "wedge", "centre": [0.0, 0.0, 1.0]},
+        ASKEW | {"n": n, "name": "askew", "centre": [0.0, 0.0, -2.0]},
+        effects={"fresnel": "polarised"}, numerics={"max_events": 3},
+    )  # fmt: skip
+    # Behind the first face, of normal (1, 0, 2), rays go down, and some of them straight down to the last bit: that
+    # happens as products by 1 / 2, the ratio of indices, and by 1 are exact
+    sin_i = n / np.sqrt(5.0)
+    tilt = np.arcsin(sin_i) - np.arcsin(1.0 / np.sqrt(5.0))
+    x = np.sin(tilt) + np.arange(-500, 500) * 2.0**-54
+    d = np.stack([x, 0 * x, -np.sqrt(1 - x * x)], axis=1)
+    at = np.array([0.0, 0.0, 1.0]) - 0.5 * d
+    first = trace_rays(scene.replace({"numerics.max_events": 1}), at, d, device=plain_device())
+    straight = (first.direction[:, :2] == 0).all(axis=1)
+    assert straight.any()
+    found = trace_rays(scene, at[straight], d[straight], device=plain_device())
+    assert (found.events == 3).all()
+    before, between, behind = shares(np.sqrt(1 - sin_i**2), 1.0, n), shares(1.0, n, 1.0), shares(0.8, 1.0, n)
+    return found.transmittance, float(0.5 * between[0] * (before * behind[::-1]).sum())
+
+
+def test_a_surface_met_straight_on_keeps_what_is_polarised() -> None:
+    found, true = straight_on_between()
+    np.testing.assert_allclose(found, true, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        Fault("polarisation lost", POLARISED, "w * w) * inverse : (realv)1", "w * w) * inverse : (realv)0"),
+        Fault("axes lost", POLARISED, "turns ? scale * s.y : old.y", "turns ? scale * s.y : (realv)0"),
+    ],
+    ids=lambda fault: fault.name,
+)
+def test_a_surface_met_straight_on_that_loses_something_is_seen(fault: Fault) -> None:
+    with broken(fault):
+        found, true = straight_on_between()
+    assert (np.abs(found - true) > 1e-3).all()
+
+
+def test_light_without_axes_may_have_any() -> None:
+    """As it starts there is nothing to turn from: what would be divided is 0 by 0."""
+    found = first_surface(np.array([0.3]), 1.0, 1.5, fresnel="polarised")
+    assert np.isfinite(found.transmittance).all()
+    with broken(Fault("turned from nowhere", POLARISED, "known = turns & (square > (realv)0)", "known = turns")):
+        found = first_surface(np.array([0.3]), 1.0, 1.5, fresnel="polarised")
+    assert np.isnan(found.transmittance).all()

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from faults_in_kernels import Fault, broken
+from probe import plain_device
 from scenes import make_scene
 
 from lenscl import RayStatus, trace_rays
@@ -29,3 +31,18 @@ def test_a_ray_from_a_point_without_a_normal_is_undecided(
     assert (paths.events == 0).all()
     beside = trace_rays(scene, np.broadcast_to(np.add(at, (0.0, 0.0, 1e-3)), ahead.shape), ahead)
     assert (beside.status != RayStatus.UNDECIDED).mean() > 0.9
+
+
+@pytest.mark.parametrize(("name", "at"), [("heart", (0.0, 0.0, 1.0)), ("bifolia", (0.0, 0.0, 0.0))])
+def test_the_march_does_not_guess_there_either(name: str, at: tuple[float, float, float]) -> None:
+    """The other searches prove nothing there and would leave such rays open by themselves; a march would go on."""
+    scene = make_scene({"surface": name}, numerics={"method": "march"})
+    ahead = np.random.default_rng(1).normal(size=(24, 3))
+
+    def undecided() -> float:
+        paths = trace_rays(scene, np.broadcast_to(at, ahead.shape), ahead, device=plain_device())
+        return float((paths.status == RayStatus.UNDECIDED).mean())
+
+    assert undecided() == 1.0
+    with broken(Fault("side guessed", "lens.cl", "end_ray(ray, lanes & not_lane(defined), RAY_UNDECIDED);", "")):
+        assert undecided() < 0.1
