@@ -35,7 +35,7 @@ from lenscl.status import RayStatus
 from lenscl.tracing.film import rays_through
 from lenscl.tracing.flux import flux_of_cells, flux_through
 from lenscl.tracing.launch import trace
-from lenscl.tracing.overlap import drop, spread
+from lenscl.tracing.overlap import Cells
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import Caustic, RayMap
 from lenscl.tracing.samples import edges, trace_given
@@ -103,8 +103,9 @@ class _Account:
     """What the picture's cells have got, where the rest of the light has gone, and records of what that took."""
 
     def __init__(self, scene: Scene) -> None:
-        self.columns, self.rows = scene.picture.size
-        self.cells = np.zeros((self.rows, self.columns))
+        columns, rows = scene.picture.size
+        self.cells = Cells(rows, columns)
+        self.landed = 0.0  # on the picture or beside it
         self.records: list[Mapping[str, Any]] = []
         self.ends = dict.fromkeys((*(status.name.lower() for status in RayStatus), "reflected", "absorbed"), 0.0)
 
@@ -115,14 +116,16 @@ class _Account:
             share = corners.refracted[:, triangle]
             arrives = self._weigh(flux[:, number], share.mean(axis=1), (share * corners.left[:, triangle]).mean(axis=1))
             self._end(corners.status[~lands, 0], arrives[~lands])
-            self._land(spread, corners.place[lands][:, triangle], arrives[lands])
+            self.cells.spread(corners.place[lands][:, triangle], arrives[lands])
+            self.landed += float(arrives[lands].sum())
 
     def add_rays(self, rays: _Rays, flux: Array) -> None:
         """Let the light of tubes, shape (N,), go where single rays go."""
         lands = np.isin(rays.status, _LANDS)
         arrives = self._weigh(flux, rays.refracted, rays.refracted * rays.left)
         self._end(rays.status[~lands], arrives[~lands])
-        self._land(drop, rays.place[lands], arrives[lands])
+        self.cells.drop(rays.place[lands], arrives[lands])
+        self.landed += float(arrives[lands].sum())
 
     def _weigh(self, flux: Array, refracted: Array, left: Array) -> Array:
         self.ends["reflected"] += float((flux * (1.0 - refracted)).sum())
@@ -133,11 +136,12 @@ class _Account:
         for number, light in enumerate(np.bincount(status, arrives, len(RayStatus))):
             self.ends[RayStatus(number).name.lower()] += float(light)
 
-    def _land(self, how: Any, places: Array, arrives: Array) -> None:
-        got = how(places, arrives, self.rows, self.columns)
-        self.cells += got
-        self.ends["picture"] += float(got.sum())
-        self.ends["off_picture"] += float(arrives.sum() - got.sum())
+    def close(self) -> Array:
+        """Return what the cells have got, shape (H, W), and account for what has landed."""
+        filled = self.cells.filled()
+        self.ends["picture"] = float(filled.sum())
+        self.ends["off_picture"] = self.landed - self.ends["picture"]
+        return filled
 
 
 def with_caustic(raymap: RayMap) -> RayMap:
@@ -199,12 +203,12 @@ def _lit(raymap: RayMap) -> RayMap:
         some = ~cut[top : top + band]
         account.add_tubes(rays.rows(top, top + band + 1).of_tubes(some), through[top : top + band][some])
     _add_cut(account, raymap, np.argwhere(cut).astype(np.float64))
-    records = account.records
+    filled, records = account.close(), account.records
     total = float(through.sum())
     return replace(
         raymap,
         caustic=Caustic(
-            irradiance=account.cells / direct,
+            irradiance=filled / direct,
             flux=total,
             shares=Frozen({name: light / total + 0.0 for name, light in account.ends.items()}),  # no -0
             cut=int(cut.sum()),

@@ -256,7 +256,7 @@ def test_no_memory_for_the_light_is_said_with_the_key(monkeypatch: pytest.Monkey
     def full(*_: Any) -> Any:
         raise MemoryError
 
-    monkeypatch.setattr(caustics, "spread", full)
+    monkeypatch.setattr(caustics, "Cells", full)
     with pytest.raises(TraceError, match=r"^effects\.caustics: there is no memory for light on 60 x 60 cells"):
         lit(AWAY)
 
