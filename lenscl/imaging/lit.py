@@ -2,8 +2,8 @@
 
 Input: a ray map with a `caustic`, and pixels. Output: pixels of the size of its irradiance, the scene's `picture.size`.
 The picture is looked at from straight above, as if it gave back all light alike: each cell has the picture's colour at
-its middle, multiplied by the irradiance in linear light. Where light is gathered that exceeds white: whole numbers stop
-there, floats do not.
+its middle, multiplied by the irradiance in linear light, colour by colour where glass has coloured that. Where light is
+gathered that exceeds white: whole numbers stop there, floats do not.
 """
 
 from __future__ import annotations
@@ -52,7 +52,8 @@ def painter_of(raymap: LightingMap) -> Painter:
     s, t = np.meshgrid((np.arange(columns) + 0.5) / columns, (np.arange(rows) + 0.5) / rows)
     st = np.stack([s, t], axis=-1).astype(raymap.st.dtype)
     status = np.full(irradiance.shape, RayStatus.PICTURE, np.uint8)
-    added = {"transmittance": irradiance}
+    coloured: NDArray[np.float64] | None = raymap.caustic.rgb
+    added = {"transmittance": irradiance} if coloured is None else {"transmission": coloured}
     if irradiance.ndim == 3:  # each wavelength lights the picture by itself
         st = np.broadcast_to(st, (*irradiance.shape, 2))
         added["wavelengths"] = raymap.wavelengths

@@ -20,7 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.imaging.dispersed import LUMINANCE, colours_of, light_from
+from lenscl.effects.colours import LUMINANCE
+from lenscl.imaging.dispersed import colours_of, light_from
 from lenscl.imaging.encoding import Encoding, decode, encoding_of
 from lenscl.imaging.read import read_picture
 

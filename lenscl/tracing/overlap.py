@@ -29,20 +29,22 @@ Array = NDArray[np.float64]
 
 
 class Cells:
-    """What the cells of a grid get.
+    """What the cells of a grid get, in one channel or more.
 
     The changes of all triangles are kept in one grid, of which a running sum is made once, at the end.
 
     Parameters
     ----------
     rows, columns : int
+    channels : int
+        C below.
     """
 
-    def __init__(self, rows: int, columns: int) -> None:
+    def __init__(self, rows: int, columns: int, channels: int = 1) -> None:
         self.rows, self.columns = rows, columns
-        self._dropped = np.zeros(rows * columns)
-        self._changes = np.zeros(rows * (columns + 1))
-        self._changed = np.zeros(rows)  # by how much in all, whichever way
+        self._dropped = np.zeros((channels, rows * columns))
+        self._changes = np.zeros((channels, rows * (columns + 1)))
+        self._changed = np.zeros((channels, rows))  # by how much in all, whichever way
 
     def spread(self, triangles: Array, carried: Array) -> None:
         """Spread light over triangles.
@@ -51,7 +53,7 @@ class Cells:
         ----------
         triangles : float64 array, shape (N, 3, 2)
             Corners (x, y): cell (row, column) is [column, column + 1) x [row, row + 1). Finite; either way round.
-        carried : float64 array, shape (N,)
+        carried : float64 array, shape (N, C)
             What each triangle carries.
         """
         # What lies within one cell needs no area
@@ -68,40 +70,42 @@ class Cells:
         doubled = _cross(b - a, c - a)
         longest = np.maximum(_extent(triangles, 0), _extent(triangles, 1))
         is_thin = np.abs(doubled) <= 2 * _THIN * np.maximum(longest, 1.0)
-        self.drop(_middles(triangles[is_thin]).reshape(-1, 2), np.repeat(carried[is_thin] / 16, 16))
+        self.drop(_middles(triangles[is_thin]).reshape(-1, 2), np.repeat(carried[is_thin] / 16, 16, axis=0))
 
-        triangles, density = triangles[~is_thin], 2 * carried[~is_thin] / doubled[~is_thin]
+        triangles, density = triangles[~is_thin], 2 * carried[~is_thin] / doubled[~is_thin, np.newaxis]
         for some in _parts(triangles, self.rows, self.columns):
             part = triangles[some]
             starts, ends = part.reshape(-1, 2), part[:, [1, 2, 0]].reshape(-1, 2)
-            self._add_edges(starts, ends, np.repeat(density[some], 3))
+            self._add_edges(starts, ends, np.repeat(density[some], 3, axis=0))
 
     def drop(self, points: Array, carried: Array) -> None:
-        """Put light on points (x, y), shape (N, 2): each within one cell, or beyond the grid."""
+        """Put light, shape (N, C), on points (x, y), shape (N, 2): each within one cell, or beyond the grid."""
         x, y = points[:, 0], points[:, 1]
         inside = (x >= 0) & (x < self.columns) & (y >= 0) & (y < self.rows)
         cell = points[inside].astype(np.int64)
-        np.add.at(self._dropped, cell[:, 1] * self.columns + cell[:, 0], carried[inside])
+        at = cell[:, 1] * self.columns + cell[:, 0]
+        for dropped, part in zip(self._dropped, carried[inside].T, strict=True):
+            np.add.at(dropped, at, part)
 
     def filled(self) -> Array:
-        """Return what the cells have got, shape (rows, columns).
+        """Return what the cells have got, shape (rows, columns, C).
 
         What the running sum may leave by rounding where there is nothing is taken for nothing. It goes by all changes
         in a row, whichever way, not by what is left of them: triangles of small area are dense.
         """
-        spread = np.cumsum(self._changes.reshape(self.rows, self.columns + 1), axis=1)[:, : self.columns]
-        spread[np.abs(spread) <= _ROUNDING * self._changed[:, np.newaxis]] = 0.0
-        filled: Array = spread + self._dropped.reshape(self.rows, self.columns)
-        return filled
+        changes = self._changes.reshape(-1, self.rows, self.columns + 1)
+        spread = np.cumsum(changes, axis=-1)[..., : self.columns]
+        spread[np.abs(spread) <= _ROUNDING * self._changed[..., np.newaxis]] = 0.0
+        spread += self._dropped.reshape(spread.shape)
+        return np.moveaxis(spread, 0, -1)
 
     def _add_edges(self, starts: Array, ends: Array, density: Array) -> None:
         """Add what edges change of a running sum along the rows."""
         rows = self.rows
         # Cut the edges at the rows' borders; turned upwards they count the other way
-        down = np.where(ends[:, 1] >= starts[:, 1], -density, density)
-        low, high = (
-            np.where((ends[:, 1] >= starts[:, 1])[:, None], *pair) for pair in ((starts, ends), (ends, starts))
-        )
+        is_down = ends[:, 1] >= starts[:, 1]
+        down = np.where(is_down[:, np.newaxis], -density, density)
+        low, high = (np.where(is_down[:, np.newaxis], *pair) for pair in ((starts, ends), (ends, starts)))
         first = np.clip(np.floor(low[:, 1]), 0, rows).astype(np.int64)
         last = np.clip(np.ceil(high[:, 1]), 0, rows).astype(np.int64)
         edge, row = _counted(first, last)
@@ -112,11 +116,11 @@ class Cells:
         x_top, x_bottom = (low[edge, 0] + slope[edge] * (y - low[edge, 1]) for y in (top, bottom))
         # A triangle's edges meet in one point: apart by rounding, they would leave light in a cell beyond it
         x_bottom = np.where(high[edge, 1] <= row + 1, high[edge, 0], x_bottom)
-        height = down[edge] * np.maximum(bottom - top, 0.0)
-        self._add_pieces(row, x_top, x_bottom, height)
+        change = down[edge] * np.maximum(bottom - top, 0.0)[:, np.newaxis]
+        self._add_pieces(row, x_top, x_bottom, change)
 
-    def _add_pieces(self, row: NDArray[np.int64], x_top: Array, x_bottom: Array, height: Array) -> None:
-        """Add what pieces of edges change, each within one row; height, shape (N,), is weighed by what it changes."""
+    def _add_pieces(self, row: NDArray[np.int64], x_top: Array, x_bottom: Array, change: Array) -> None:
+        """Add what pieces of edges within a row each change, shape (N, C), once they are passed."""
         columns = self.columns
         # Cut each piece at the columns' borders; column -1 is all that is left of the grid, the last all that is right
         left, right = np.minimum(x_top, x_bottom), np.maximum(x_top, x_bottom)
@@ -127,15 +131,17 @@ class Cells:
         stop = np.where(column < columns, np.minimum(right[piece], column + 1), right[piece])
         wide = right[piece] > left[piece]
         share = np.divide(stop - begin, right[piece] - left[piece], where=wide, out=np.ones(len(piece)))
-        part = height[piece] * share
         beyond = np.clip((begin + stop) / 2, 0, columns) - np.clip(column, 0, columns)  # of the way through its cell
 
         # What is right of the piece in its own cell, then the rest of it from the next one on
         is_in = column < columns
-        at, part, beyond = (row[piece] * (columns + 1) + np.clip(column, 0, columns))[is_in], part[is_in], beyond[is_in]
-        np.add.at(self._changes, at, part * (1 - beyond))
-        np.add.at(self._changes, at + 1, part * beyond)
-        np.add.at(self._changed, row[piece][is_in], np.abs(part))
+        piece, column, share, beyond = piece[is_in], column[is_in], share[is_in], beyond[is_in]
+        at = row[piece] * (columns + 1) + np.maximum(column, 0)
+        for changes, changed, whole in zip(self._changes, self._changed, change.T, strict=True):
+            part = whole[piece] * share
+            np.add.at(changes, at, part * (1 - beyond))
+            np.add.at(changes, at + 1, part * beyond)
+            changed += np.bincount(row, np.abs(whole), self.rows)
 
 
 def _cross(a: Array, b: Array) -> Array:

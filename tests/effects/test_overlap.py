@@ -14,14 +14,14 @@ Point = tuple[float, float]
 
 def spread(triangles: NDArray[np.float64], carried: NDArray[np.float64]) -> NDArray[np.float64]:
     cells = Cells(ROWS, COLUMNS)
-    cells.spread(triangles, carried)
-    return cells.filled()
+    cells.spread(triangles, carried[:, np.newaxis])
+    return cells.filled()[..., 0]
 
 
 def drop(points: NDArray[np.float64], carried: NDArray[np.float64]) -> NDArray[np.float64]:
     cells = Cells(ROWS, COLUMNS)
-    cells.drop(points, carried)
-    return cells.filled()
+    cells.drop(points, carried[:, np.newaxis])
+    return cells.filled()[..., 0]
 
 
 def half(polygon: list[Point], axis: int, border: float, side: int) -> list[Point]:
@@ -103,15 +103,17 @@ def test_a_grid_without_light_is_dark() -> None:
     assert not spread(away, np.ones(2)).any()
 
 
-def test_what_comes_in_parts_adds_up() -> None:
+def test_what_comes_in_parts_and_channels_adds_up() -> None:
     random = np.random.default_rng(5)
-    triangles, carried = random.uniform(-1, 10, (40, 3, 2)), random.random(40)
-    points, dropped = random.uniform(-1, 10, (20, 2)), random.random(20)
-    cells = Cells(ROWS, COLUMNS)
+    triangles, carried = random.uniform(-1, 10, (40, 3, 2)), random.random((40, 3))
+    points, dropped = random.uniform(-1, 10, (20, 2)), random.random((20, 3))
+    cells = Cells(ROWS, COLUMNS, 3)
     for part in (slice(0, 13), slice(13, 14), slice(14, 40)):
         cells.spread(triangles[part], carried[part])
         cells.drop(points[part], dropped[part])
-    np.testing.assert_allclose(cells.filled(), spread(triangles, carried) + drop(points, dropped), atol=1e-12)
+    for channel in range(3):
+        expected = spread(triangles, carried[:, channel]) + drop(points, dropped[:, channel])
+        np.testing.assert_allclose(cells.filled()[..., channel], expected, atol=1e-12)
 
 
 def test_dark_cells_stay_dark_beside_bright_ones_and_faint_ones_are_kept() -> None:
@@ -122,9 +124,9 @@ def test_dark_cells_stay_dark_beside_bright_ones_and_faint_ones_are_kept() -> No
     bright[:500, 2] = bright[:500, :2].mean(axis=1) + 3e-6
     faint = np.array([[[900.0, 5.0], [1000.0, 5.0], [900.0, 9.0]], [[1000.5, 5.5], [1001.5, 5.5], [1000.5, 9.5]]])
     cells = Cells(rows, columns)
-    cells.spread(bright, np.ones(3000))
-    cells.spread(faint, np.array([2e-4, 2e-6]))
-    got = cells.filled()
+    cells.spread(bright, np.ones((3000, 1)))
+    cells.spread(faint, np.array([[2e-4], [2e-6]]))
+    got = cells.filled()[..., 0]
     assert got.min() >= 0.0
     assert got.max() > 1
     assert (got[22:] == 0.0).all()
