@@ -46,7 +46,6 @@ from lenscl.tracing.samples import edges, trace_given
 _SIDES = (4, 4, 2)  # tubes that one is cut into, each way, and what of those is to be cut, and so on
 _BENT = 0.1  # by which part a tube's corners may differ in what they gather
 _SEEN = 0.5  # cells: what is smaller shows no shape
-_WIDEST = 2.0**16  # cells up to which a tube may reach: farther out, places have lost digits that areas need
 _TUBES = 2**18  # that are handled at a time
 _TOGETHER = 2**14  # that are cut at a time
 _SMALL = 8.0  # film pixels across a lens's box below which those around it are cut
@@ -206,10 +205,9 @@ def _lit(raymap: RayMap, seen: Array) -> RayMap:
     grid = trace(_corner_scene(scene), device=raymap.device)
     ends = {"st": grid.st, "status": grid.status, "events": grid.events, **grid.added}
     rays = _Rays.of(ends, scene, *grid.status.shape)
-    is_sheet = np.isin(grid.status, _LANDS) & (np.abs(rays.place).max(axis=-1) <= _WIDEST)
+    is_sheet = np.isin(grid.status, _LANDS)
     is_edge = edges(replace(grid, status=np.where(is_sheet, np.uint8(RayStatus.PICTURE), grid.status)))
-    size = scene.picture.size
-    cut = np.logical_and.reduce([is_edge[part] for part in _CORNERS]) | _is_wide(rays, size) | _is_bent(rays, size)
+    cut = np.logical_and.reduce([is_edge[part] for part in _CORNERS]) | _is_bent(rays, scene.picture.size)
     cut |= _at_small_lenses(scene)
 
     is_coloured = "transmission" in grid.added
@@ -285,7 +283,7 @@ def _cut_once(account: _Account, raymap: RayMap, at: Array, size: float, side: i
     rays = _Rays.of(_traced(account, raymap, corners.reshape(-1, 2)), raymap.scene, *corners.shape[:-1])
     begins = corners[:, :-1, :-1]
     tubes = rays.of_tubes(np.ones(begins.shape[:-1], dtype=bool))
-    again = _is_torn(tubes).reshape(begins.shape[:-1]) | _is_wide(rays, raymap.scene.picture.size)
+    again = _is_torn(tubes).reshape(begins.shape[:-1])
     if not is_last:
         again |= _is_bent(rays, raymap.scene.picture.size)
     account.add_tubes(rays.of_tubes(~again), _flux(raymap.scene, begins[~again], step))
@@ -331,13 +329,6 @@ def _reaches(rays: _Rays, size: tuple[int, int]) -> NDArray[np.bool_]:
         corners = [rays.place[..., axis][part] for part in _CORNERS]
         found = found & (np.minimum.reduce(corners) <= size[axis]) & (np.maximum.reduce(corners) >= 0.0)
     return found
-
-
-def _is_wide(rays: _Rays, size: tuple[int, int]) -> NDArray[np.bool_]:
-    """Say which tubes between corners on grids, shape (..., rows, columns), land too far apart to be spread."""
-    far = (np.abs(rays.place[..., 0]) > _WIDEST) | (np.abs(rays.place[..., 1]) > _WIDEST)
-    wide: NDArray[np.bool_] = np.logical_or.reduce([far[part] for part in _CORNERS])
-    return wide & _reaches(rays, size)
 
 
 def _is_bent(rays: _Rays, size: tuple[int, int]) -> NDArray[np.bool_]:
