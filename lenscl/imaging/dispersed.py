@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lenscl.effects.colours import LUMINANCE
 from lenscl.imaging.encoding import Encoding, decode, decode_table, encode, full_scale
-
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of sRGB's primaries: IEC 61966-2-1:1999, for pictures without colour
 
 Array = NDArray[np.float64]
 

@@ -2,8 +2,10 @@
 
 Input: a ray map with a `caustic`, and pixels. Output: pixels of the size of its irradiance, the scene's `picture.size`.
 The picture is looked at from straight above, as if it gave back all light alike: each cell has the picture's colour at
-its middle, multiplied by the irradiance in linear light. Where light is gathered that exceeds white: whole numbers stop
-there, floats do not.
+its middle, multiplied by the irradiance in linear light, colour by colour where glass has coloured that. Where light is
+gathered that exceeds white: whole numbers stop there, floats do not. Of a map with a `jacobian` a cell has the mean of
+the picture over itself instead, as film pixels have over what they see; irradiance is a mean already. Samples of film
+pixels say nothing of cells.
 """
 
 from __future__ import annotations
@@ -29,8 +31,8 @@ class LightingMap(PaintableMap, Protocol):
         """A `lenscl.tracing.Caustic`, or None."""
 
     @property
-    def wavelengths(self) -> NDArray[np.float64]:
-        """In nm, where the map has several."""
+    def added(self) -> Mapping[str, NDArray[Any]]:
+        """What the scene's effects add, by name: `jacobian`, which says that pictures are filtered, `wavelengths`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +54,14 @@ def painter_of(raymap: LightingMap) -> Painter:
     s, t = np.meshgrid((np.arange(columns) + 0.5) / columns, (np.arange(rows) + 0.5) / rows)
     st = np.stack([s, t], axis=-1).astype(raymap.st.dtype)
     status = np.full(irradiance.shape, RayStatus.PICTURE, np.uint8)
-    added = {"transmittance": irradiance}
+    coloured: NDArray[np.float64] | None = raymap.caustic.rgb
+    added = {"transmittance": irradiance} if coloured is None else {"transmission": coloured}
+    if "jacobian" in raymap.added:
+        cell = np.array([[0.0, 1.0 / columns], [1.0 / rows, 0.0]])  # d(s, t)/d(row, column)
+        added["jacobian"] = np.broadcast_to(cell, (*irradiance.shape, 2, 2))
     if irradiance.ndim == 3:  # each wavelength lights the picture by itself
         st = np.broadcast_to(st, (*irradiance.shape, 2))
-        added["wavelengths"] = raymap.wavelengths
+        added["wavelengths"] = raymap.added["wavelengths"]
     return Painter(_Above(st, status, raymap.device, added))
 
 

@@ -26,8 +26,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lenscl.device import Buffer, Device, Program
+from lenscl.effects.colours import LUMINANCE
 from lenscl.errors import StudyError
-from lenscl.imaging.dispersed import LUMINANCE, colours_of, layers_of, light_from, mixed, pixels_from
+from lenscl.imaging.dispersed import colours_of, layers_of, light_from, mixed, pixels_from
 from lenscl.imaging.encoding import DTYPES, Encoding, encode_table, encoding_of, full_scale
 from lenscl.imaging.light import BITS, PYRAMID, light_head, light_parts, lighten, text_of
 from lenscl.imaging.mean import Means, SampledPixels, parts

@@ -22,7 +22,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.imaging.dispersed import LUMINANCE, colours_of, light_from
+from lenscl.effects.colours import LUMINANCE
+from lenscl.imaging.dispersed import colours_of, light_from
 from lenscl.imaging.encoding import Encoding, decode
 from lenscl.imaging.read import read_picture
 

@@ -1,11 +1,11 @@
 """From a picture's colours to light of several wavelengths, and back to colours.
 
-Light of red r, green g and blue b is taken as the spectrum r R + g G + b B. R, G and B are smooth, nowhere negative and
-sum up to 1: each is 1 at the dominant wavelength of its primary and goes down to 0 at its neighbours', as cos^2 does,
-and blue stays 1 below its line as red does above. A wavelength's share of that is seen by the CIE 1931 observer, as a
-colour in linear sRGB. So a wavelength makes of a colour another one: a matrix of rank 1. As samples stand for a whole
-band, their sum is not quite what the colour was; the spectra are mixed by one matrix for all wavelengths so that it is.
-A picture seen at one place by all wavelengths stays as it is, and greys are even spectra but for that.
+Light of red r, green g and blue b is taken as the spectrum r R + g G + b B. R, G and B (`lenscl.effects.colours`) are
+smooth, nowhere negative and sum up to 1, each around the dominant wavelength of its primary. A wavelength's share of
+that is seen by the CIE 1931 observer, as a colour in linear sRGB. So a wavelength makes of a colour another one: a
+matrix of rank 1. As samples stand for a whole band, their sum is not quite what the colour was; the spectra are mixed
+by one matrix for all wavelengths so that it is. A picture seen at one place by all wavelengths stays as it is, and
+greys are even spectra but for that.
 
 "rgb" is three lines, each of which carries its own channel.
 
@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lenscl.effects import RGB_LINES
+from lenscl.effects.colours import basis
 
 Array = NDArray[np.float64]
 
@@ -44,15 +45,6 @@ def matching(wavelengths_nm: ArrayLike) -> Array:
 def _lobe(nm: Array, height: float, peak: float, below: float, above: float) -> Array:
     part: Array = height * np.exp(-0.5 * ((nm - peak) / np.where(nm < peak, below, above)) ** 2)
     return part
-
-
-def basis(wavelengths_nm: ArrayLike) -> Array:
-    """Return the spectra of red, green and blue, shape (K, 3), at K wavelengths in nm; they sum up to 1."""
-    nm = np.asarray(wavelengths_nm, dtype=np.float64)
-    red, green, blue = RGB_LINES
-    upper = np.sin(0.5 * np.pi * np.clip((nm - green) / (red - green), 0.0, 1.0)) ** 2
-    lower = np.sin(0.5 * np.pi * np.clip((green - nm) / (green - blue), 0.0, 1.0)) ** 2
-    return np.stack([upper, 1.0 - upper - lower, lower], axis=-1)
 
 
 def spectral_matrices(wavelengths_nm: ArrayLike) -> Array:

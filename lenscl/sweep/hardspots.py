@@ -90,6 +90,7 @@ def hard_spots(scene: Scene) -> Iterator[HardSpot]:
     yield from _picture_out_of_the_way(scene)
     yield from _lenses_out_of_the_way(scene, placed)
     yield from _steps_too_long(scene)
+    yield from _samples_not_seen(scene)
 
 
 def _source_in_a_lens(scene: Scene) -> Iterator[HardSpot]:
@@ -236,6 +237,16 @@ def _steps_too_long(scene: Scene) -> Iterator[HardSpot]:
             "march-step",
             f"method {method.name} passes over chords shorter than its step of {step:g}; the thinnest extent of this "
             f"lens's box is {thinnest:.3g}, {thinnest / step:.3g} steps; a smaller numerics.step loses less",
+        )
+
+
+def _samples_not_seen(scene: Scene) -> Iterator[HardSpot]:
+    if scene.effects["caustics"] and scene.effects["antialias"] != 1:
+        yield HardSpot(
+            "effects.antialias",
+            "not-painted",
+            "the picture is painted in the light of effects.caustics, which more rays a film pixel do not change; they "
+            "are traced all the same, for maps. For a picture alone take it out; effects.footprint smooths its cells",
         )
 
 

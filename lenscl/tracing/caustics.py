@@ -4,8 +4,10 @@ Input: a traced map whose scene asks for `caustics`. Output: the same map with a
 
 The corners of the film's pixels are traced. A pixel is a tube of two triangles, and the light through each keeps to it:
 it is spread evenly over the triangle between the places of its corners' rays, by exact area. Where rays focus the
-triangles are small, or turned over; both are as they should be, and no light is lost or made. What a picture without
-lenses gets is what its cells see of the source; `irradiance` is the ratio.
+triangles are small, or turned over; both are as they should be, and no light is lost or made. Where something absorbs,
+red, green and blue go the same way in different amounts; all together counts by luminance, or in light of one of
+several wavelengths by what each has of that. What a picture without lenses gets is what its cells see of the source;
+`irradiance` is the ratio.
 
 A tube is cut into 4 x 4 whose corners are traced, those again into 4 x 4 and those into 2 x 2, where it is
 
@@ -30,12 +32,13 @@ from numpy.typing import NDArray
 
 from lenscl.config import Scene
 from lenscl.config.scene import Frozen
+from lenscl.effects.colours import LUMINANCE, basis
 from lenscl.errors import TraceError
 from lenscl.status import RayStatus
 from lenscl.tracing.film import rays_through
 from lenscl.tracing.flux import flux_of_cells, flux_through
 from lenscl.tracing.launch import trace
-from lenscl.tracing.overlap import drop, spread
+from lenscl.tracing.overlap import Cells
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import Caustic, RayMap
 from lenscl.tracing.samples import edges, trace_given
@@ -43,11 +46,9 @@ from lenscl.tracing.samples import edges, trace_given
 _SIDES = (4, 4, 2)  # tubes that one is cut into, each way, and what of those is to be cut, and so on
 _BENT = 0.1  # by which part a tube's corners may differ in what they gather
 _SEEN = 0.5  # cells: what is smaller shows no shape
-_WIDEST = 2.0**16  # cells up to which a tube may reach: farther out, places have lost digits that areas need
 _TUBES = 2**18  # that are handled at a time
 _TOGETHER = 2**14  # that are cut at a time
 _SMALL = 8.0  # film pixels across a lens's box below which those around it are cut
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of sRGB's primaries: IEC 61966-2-1:1999
 _LANDS = tuple(int(status) for status in RayStatus if status.lands)
 # A tube's corners on a grid of corners: corner, right, down, far
 _CORNERS = (np.s_[..., :-1, :-1], np.s_[..., :-1, 1:], np.s_[..., 1:, :-1], np.s_[..., 1:, 1:])
@@ -58,26 +59,29 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class _Rays:
-    """Ends of rays, shape (...): places in cells of the picture, and the shares that surfaces and insides let on."""
+    """Ends of rays, shape (...): places in cells of the picture, and the shares that surfaces and insides let on.
+
+    `left` is of shape (..., C): of red, green and blue where something absorbs, else all alike, and 1.
+    """
 
     place: Array
     status: NDArray[np.uint8]
     events: NDArray[np.uint8]
     refracted: Array
-    left: Array  # of what was refracted, by luminance
+    left: Array  # of what was refracted
 
     @classmethod
     def of(cls, ends: Mapping[str, Any], scene: Scene, *shape: int) -> _Rays:
         """Return the ends that a trace yields, in another shape; what no effect weakens goes on as it is."""
         count = ends["status"].size
         refracted = ends["transmittance"].astype(np.float64).ravel() if "transmittance" in ends else np.ones(count)
-        left = ends["transmission"].astype(np.float64) @ _LUMINANCE if "transmission" in ends else np.ones(count)
+        left = ends["transmission"].astype(np.float64) if "transmission" in ends else np.ones((count, 1))
         return cls(
             place=ends["st"].astype(np.float64).reshape(*shape, 2) * scene.picture.size,
             status=ends["status"].reshape(shape),
             events=ends["events"].reshape(shape),
             refracted=refracted.reshape(shape),
-            left=left.reshape(shape),
+            left=left.reshape(*shape, -1),
         )
 
     def rows(self, first: int, last: int) -> _Rays:
@@ -94,17 +98,24 @@ class _Rays:
         def corners(array: NDArray[Any]) -> NDArray[Any]:
             return np.stack([array[part][which] for part in _CORNERS], axis=1)
 
-        x, y = corners(self.place[..., 0]), corners(self.place[..., 1])
-        others = (corners(array) for array in (self.status, self.events, self.refracted, self.left))
-        return _Rays(np.stack([x, y], axis=-1), *others)
+        def each(arrays: Array) -> Array:
+            return np.stack([corners(array) for array in np.moveaxis(arrays, -1, 0)], axis=-1)
+
+        status, events, refracted = (corners(array) for array in (self.status, self.events, self.refracted))
+        return _Rays(each(self.place), status, events, refracted, each(self.left))
 
 
 class _Account:
-    """What the picture's cells have got, where the rest of the light has gone, and records of what that took."""
+    """What the picture's cells have got, where the rest of the light has gone, and records of what that took.
 
-    def __init__(self, scene: Scene) -> None:
-        self.columns, self.rows = scene.picture.size
-        self.cells = np.zeros((self.rows, self.columns))
+    Cells get light of each channel; what has gone elsewhere counts by the channels' weights, shape (C,).
+    """
+
+    def __init__(self, scene: Scene, weights: Array) -> None:
+        columns, rows = scene.picture.size
+        self.weights = weights
+        self.cells = Cells(rows, columns, len(weights))
+        self.landed = 0.0  # on the picture or beside it
         self.records: list[Mapping[str, Any]] = []
         self.ends = dict.fromkeys((*(status.name.lower() for status in RayStatus), "reflected", "absorbed"), 0.0)
 
@@ -113,31 +124,35 @@ class _Account:
         lands = np.isin(corners.status[:, 0], _LANDS)
         for number, triangle in enumerate(_TRIANGLES):
             share = corners.refracted[:, triangle]
-            arrives = self._weigh(flux[:, number], share.mean(axis=1), (share * corners.left[:, triangle]).mean(axis=1))
-            self._end(corners.status[~lands, 0], arrives[~lands])
-            self._land(spread, corners.place[lands][:, triangle], arrives[lands])
+            left = (share[..., np.newaxis] * corners.left[:, triangle]).mean(axis=1)
+            arrives = self._weigh(flux[:, number], share.mean(axis=1), left)
+            self._end(corners.status[:, 0], lands, arrives)
+            self.cells.spread(corners.place[lands][:, triangle], arrives[lands])
 
     def add_rays(self, rays: _Rays, flux: Array) -> None:
         """Let the light of tubes, shape (N,), go where single rays go."""
         lands = np.isin(rays.status, _LANDS)
-        arrives = self._weigh(flux, rays.refracted, rays.refracted * rays.left)
-        self._end(rays.status[~lands], arrives[~lands])
-        self._land(drop, rays.place[lands], arrives[lands])
+        arrives = self._weigh(flux, rays.refracted, rays.refracted[:, np.newaxis] * rays.left)
+        self._end(rays.status, lands, arrives)
+        self.cells.drop(rays.place[lands], arrives[lands])
 
     def _weigh(self, flux: Array, refracted: Array, left: Array) -> Array:
         self.ends["reflected"] += float((flux * (1.0 - refracted)).sum())
-        self.ends["absorbed"] += float((flux * (refracted - left)).sum())
-        return flux * left
+        self.ends["absorbed"] += float((flux * (refracted - left @ self.weights)).sum())
+        return flux[:, np.newaxis] * left
 
-    def _end(self, status: NDArray[np.uint8], arrives: Array) -> None:
-        for number, light in enumerate(np.bincount(status, arrives, len(RayStatus))):
+    def _end(self, status: NDArray[np.uint8], lands: NDArray[np.bool_], arrives: Array) -> None:
+        weighed = arrives @ self.weights
+        self.landed += float(weighed[lands].sum())
+        for number, light in enumerate(np.bincount(status[~lands], weighed[~lands], len(RayStatus))):
             self.ends[RayStatus(number).name.lower()] += float(light)
 
-    def _land(self, how: Any, places: Array, arrives: Array) -> None:
-        got = how(places, arrives, self.rows, self.columns)
-        self.cells += got
-        self.ends["picture"] += float(got.sum())
-        self.ends["off_picture"] += float(arrives.sum() - got.sum())
+    def close(self) -> Array:
+        """Return what the cells have got, shape (H, W, C), and account for what has landed."""
+        filled = self.cells.filled()
+        self.ends["picture"] = float((filled @ self.weights).sum())
+        self.ends["off_picture"] = self.landed - self.ends["picture"]
+        return filled
 
 
 def with_caustic(raymap: RayMap) -> RayMap:
@@ -154,8 +169,9 @@ def with_caustic(raymap: RayMap) -> RayMap:
         return raymap
     try:
         if "wavelengths" not in raymap.added:
-            return _lit(raymap)
-        return _together_lit(raymap, [_lit(layer) for layer in raymap.layers()])
+            return _lit(raymap, LUMINANCE)
+        weights = basis(raymap.wavelengths)
+        return _together_lit(raymap, [_lit(*each) for each in zip(raymap.layers(), weights, strict=True)])
     except MemoryError as error:
         columns, rows = raymap.scene.picture.size
         raise TraceError(
@@ -167,11 +183,12 @@ def with_caustic(raymap: RayMap) -> RayMap:
 def _together_lit(raymap: RayMap, layers: list[RayMap]) -> RayMap:
     """Return a map of several wavelengths with the light of all of them."""
     caustics = [layer.caustic for layer in layers if layer.caustic is not None]
-    ends = caustics[0].shares
+    coloured, ends = [one.rgb for one in caustics if one.rgb is not None], caustics[0].shares
     return replace(
         raymap,
         caustic=Caustic(
             irradiance=np.stack([one.irradiance for one in caustics]),
+            rgb=np.stack(coloured) if coloured else None,
             flux=caustics[0].flux,
             shares={end: float(np.mean([one.shares[end] for one in caustics])) for end in ends},
             cut=sum(one.cut for one in caustics),
@@ -181,30 +198,33 @@ def _together_lit(raymap: RayMap, layers: list[RayMap]) -> RayMap:
     )
 
 
-def _lit(raymap: RayMap) -> RayMap:
+def _lit(raymap: RayMap, seen: Array) -> RayMap:
+    """Return a map of one wavelength with its light; `seen` says what red, green and blue count for in it."""
     scene, film = raymap.scene, raymap.scene.film
     direct, through = flux_of_cells(scene, scene.picture).sum(axis=-1), flux_of_cells(scene, film)
     grid = trace(_corner_scene(scene), device=raymap.device)
     ends = {"st": grid.st, "status": grid.status, "events": grid.events, **grid.added}
     rays = _Rays.of(ends, scene, *grid.status.shape)
-    is_sheet = np.isin(grid.status, _LANDS) & (np.abs(rays.place).max(axis=-1) <= _WIDEST)
+    is_sheet = np.isin(grid.status, _LANDS)
     is_edge = edges(replace(grid, status=np.where(is_sheet, np.uint8(RayStatus.PICTURE), grid.status)))
-    size = scene.picture.size
-    cut = np.logical_and.reduce([is_edge[part] for part in _CORNERS]) | _is_wide(rays, size) | _is_bent(rays, size)
+    cut = np.logical_and.reduce([is_edge[part] for part in _CORNERS]) | _is_bent(rays, scene.picture.size)
     cut |= _at_small_lenses(scene)
 
-    account = _Account(scene)
+    is_coloured = "transmission" in grid.added
+    weights = seen if is_coloured else np.ones(1)
+    account = _Account(scene, weights)
     band = max(1, _TUBES // film.columns)
     for top in range(0, film.rows, band):
         some = ~cut[top : top + band]
         account.add_tubes(rays.rows(top, top + band + 1).of_tubes(some), through[top : top + band][some])
     _add_cut(account, raymap, np.argwhere(cut).astype(np.float64))
-    records = account.records
-    total = float(through.sum())
+    filled, records = account.close(), account.records
+    total, gathered = float(through.sum()), filled / direct[..., np.newaxis]
     return replace(
         raymap,
         caustic=Caustic(
-            irradiance=account.cells / direct,
+            irradiance=gathered @ weights,
+            rgb=gathered if is_coloured else None,
             flux=total,
             shares=Frozen({name: light / total + 0.0 for name, light in account.ends.items()}),  # no -0
             cut=int(cut.sum()),
@@ -263,7 +283,7 @@ def _cut_once(account: _Account, raymap: RayMap, at: Array, size: float, side: i
     rays = _Rays.of(_traced(account, raymap, corners.reshape(-1, 2)), raymap.scene, *corners.shape[:-1])
     begins = corners[:, :-1, :-1]
     tubes = rays.of_tubes(np.ones(begins.shape[:-1], dtype=bool))
-    again = _is_torn(tubes).reshape(begins.shape[:-1]) | _is_wide(rays, raymap.scene.picture.size)
+    again = _is_torn(tubes).reshape(begins.shape[:-1])
     if not is_last:
         again |= _is_bent(rays, raymap.scene.picture.size)
     account.add_tubes(rays.of_tubes(~again), _flux(raymap.scene, begins[~again], step))
@@ -309,13 +329,6 @@ def _reaches(rays: _Rays, size: tuple[int, int]) -> NDArray[np.bool_]:
         corners = [rays.place[..., axis][part] for part in _CORNERS]
         found = found & (np.minimum.reduce(corners) <= size[axis]) & (np.maximum.reduce(corners) >= 0.0)
     return found
-
-
-def _is_wide(rays: _Rays, size: tuple[int, int]) -> NDArray[np.bool_]:
-    """Say which tubes between corners on grids, shape (..., rows, columns), land too far apart to be spread."""
-    far = (np.abs(rays.place[..., 0]) > _WIDEST) | (np.abs(rays.place[..., 1]) > _WIDEST)
-    wide: NDArray[np.bool_] = np.logical_or.reduce([far[part] for part in _CORNERS])
-    return wide & _reaches(rays, size)
 
 
 def _is_bent(rays: _Rays, size: tuple[int, int]) -> NDArray[np.bool_]:

@@ -17,7 +17,9 @@ from lenscl.tracing.numbers import parallel_source
 
 Array = NDArray[np.float64]
 
-_TOGETHER = 2**18  # pixels at a time: vectors take ten times the memory of what comes of them
+_TOGETHER = (
+    2**14
+)  # pixels at a time: vectors take ten times the memory of what comes of them, and should stay in caches
 _EDGE_ON = 1e-9  # sine of the angle at which a screen is seen: less is as good as none
 
 
@@ -39,7 +41,11 @@ def flux_through(scene: Scene, corners: Array, right: Array, down: Array) -> Arr
     a = corners - np.asarray(scene.source.at, dtype=np.float64)
     b, c, d = a + right, a + down, a + right + down
     triple = np.abs(a @ normal)  # of either triangle's corners, without the difference of nearly equal products
-    return np.stack([_solid_angle(triple, a, b, c), _solid_angle(triple, b, d, c)], axis=-1)
+    ab, ac, bc, bd, cd = (_dot(*pair) for pair in ((a, b), (a, c), (b, c), (b, d), (c, d)))
+    to_a, to_b, to_c, to_d = (np.sqrt(_dot(vector, vector)) for vector in (a, b, c, d))
+    below_abc = to_a * to_b * to_c + bc * to_a + ac * to_b + ab * to_c
+    below_bdc = to_b * to_d * to_c + cd * to_b + bc * to_d + bd * to_c
+    return 2 * np.arctan2(triple[..., np.newaxis], np.stack([below_abc, below_bdc], axis=-1))
 
 
 def flux_of_cells(scene: Scene, screen: Film | Picture) -> Array:
@@ -75,9 +81,6 @@ def flux_of_cells(scene: Scene, screen: Film | Picture) -> Array:
     return flux
 
 
-def _solid_angle(triple: Array, a: Array, b: Array, c: Array) -> Array:
-    lengths = [np.linalg.norm(side, axis=-1) for side in (a, b, c)]
-    dots = [np.einsum("...i,...i->...", *pair) for pair in ((b, c), (a, c), (a, b))]
-    below = np.prod(lengths, axis=0) + sum(dot * length for dot, length in zip(dots, lengths, strict=True))
-    angle: Array = 2 * np.arctan2(triple, below)
-    return angle
+def _dot(a: Array, b: Array) -> Array:
+    product: Array = np.einsum("...i,...i->...", a, b)
+    return product

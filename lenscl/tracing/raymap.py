@@ -160,7 +160,11 @@ class Caustic:
     irradiance : float64 array, shape (H, W)
         On the cells of `picture.size`, from above: 1 is what the source would send there, were there neither lenses nor
         a film that lets only its own cone of light through; 0 where none of the cone gets to. With `effects.dispersion`
-        it has an axis of wavelengths in front.
+        it has an axis of wavelengths in front. Of light that is coloured by absorption it is the luminance, or what
+        is left of the wavelength's own light.
+    rgb : float64 array, shape (H, W, 3), or None
+        The irradiance of red, green and blue, linear, where `absorption` is compiled in; else all are the same. With
+        `effects.dispersion` it has an axis of wavelengths in front: the three along the ways of each.
     flux : float
         Light of the cone through the film: its solid angle in steradian, or for parallel light its area across.
     shares : mapping of str to float
@@ -173,6 +177,7 @@ class Caustic:
     """
 
     irradiance: NDArray[np.float64] = field(repr=False)
+    rgb: NDArray[np.float64] | None = field(repr=False)
     flux: float
     shares: Mapping[str, float]
     cut: int

@@ -232,6 +232,21 @@ def test_a_picture_is_lit_by_it_in_linear_light() -> None:
         light(trace(make_scene(AWAY)), grey)
 
 
+@pytest.mark.parametrize("effects", [{}, {"dispersion": "rgb", "fresnel": True}])
+def test_with_footprint_cells_have_the_mean_of_the_picture_that_they_cover(effects: dict[str, Any]) -> None:
+    """Stripes finer than cells, one in three of them white: at cells' middles all is white or all is black."""
+    parallel = {"film": {"right": [7, 0, 0], "down": [0, -7, 0]}, "picture": {"size": [14, 10]}, "source": PARALLEL}
+    lens = {**AWAY, "n": "BK7"}
+    found, plain = (lit(lens, **parallel, effects={"footprint": asked, **effects}) for asked in (True, False))
+    np.testing.assert_allclose(found.irradiance, 1.0, atol=1e-6)
+    rows, columns = np.indices((10 * 9, 14 * 9))
+    for stripes in (rows, columns, rows + columns):
+        for first in range(3):
+            picture = np.repeat((stripes % 3 == first)[..., None], 3, axis=-1).astype(np.float32)
+            np.testing.assert_allclose(light(found, picture), 1 / 3, atol=0.06)
+            assert np.abs(light(plain, picture) - 1 / 3).max() > 0.3
+
+
 def test_a_file_has_the_light_and_where_it_goes(tmp_path: Any) -> None:
     found = lit({"surface": "torus"}, picture={"size": [50, 30]})
     write_map(tmp_path / "map.npz", found)
@@ -256,7 +271,7 @@ def test_no_memory_for_the_light_is_said_with_the_key(monkeypatch: pytest.Monkey
     def full(*_: Any) -> Any:
         raise MemoryError
 
-    monkeypatch.setattr(caustics, "spread", full)
+    monkeypatch.setattr(caustics, "Cells", full)
     with pytest.raises(TraceError, match=r"^effects\.caustics: there is no memory for light on 60 x 60 cells"):
         lit(AWAY)
 

@@ -6,10 +6,22 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lenscl.tracing.overlap import drop, spread
+from lenscl.tracing.overlap import Cells
 
 ROWS, COLUMNS = 7, 9
 Point = tuple[float, float]
+
+
+def spread(triangles: NDArray[np.float64], carried: NDArray[np.float64]) -> NDArray[np.float64]:
+    cells = Cells(ROWS, COLUMNS)
+    cells.spread(triangles, carried[:, np.newaxis])
+    return cells.filled()[..., 0]
+
+
+def drop(points: NDArray[np.float64], carried: NDArray[np.float64]) -> NDArray[np.float64]:
+    cells = Cells(ROWS, COLUMNS)
+    cells.drop(points, carried[:, np.newaxis])
+    return cells.filled()[..., 0]
 
 
 def half(polygon: list[Point], axis: int, border: float, side: int) -> list[Point]:
@@ -48,10 +60,10 @@ def test_each_cell_gets_the_part_that_it_shares(size: float) -> None:
     random = np.random.default_rng(round(100 * size))
     triangles = random.uniform(-2, 11, (60, 1, 2)) + size * random.standard_normal((60, 3, 2))
     carried = random.random(60)
-    found, expected = spread(triangles, carried, ROWS, COLUMNS), cut_cell_by_cell(triangles, carried)
+    found, expected = spread(triangles, carried), cut_cell_by_cell(triangles, carried)
     assert expected.sum() > 1e-4 * carried.sum()
     np.testing.assert_allclose(found, expected, atol=1e-9 * max(1.0, expected.max()))
-    np.testing.assert_allclose(spread(triangles[:, ::-1], carried, ROWS, COLUMNS), found, atol=1e-12)
+    np.testing.assert_allclose(spread(triangles[:, ::-1], carried), found, atol=1e-12)
 
 
 def test_edges_along_the_cells_own_count_once() -> None:
@@ -59,7 +71,7 @@ def test_edges_along_the_cells_own_count_once() -> None:
     corners = np.array([[2.0, 1.0], [6.0, 1.0], [2.0, 5.0], [6.0, 5.0]])
     for order in ([0, 1, 2, 3], [3, 2, 1, 0], [2, 0, 3, 1]):
         a, b, c, d = corners[order]
-        cells = spread(np.array([[a, b, c], [b, d, c]]), np.array([8.0, 8.0]), ROWS, COLUMNS)
+        cells = spread(np.array([[a, b, c], [b, d, c]]), np.array([8.0, 8.0]))
         expected = np.zeros((ROWS, COLUMNS))
         expected[1:5, 2:6] = 1.0
         np.testing.assert_allclose(cells, expected, atol=1e-14)
@@ -72,20 +84,54 @@ def test_nothing_is_lost_of_what_lies_within_however_thin_it_is() -> None:
     thin[:, 2] += 10.0 ** random.uniform(-14, -3, (400, 1))
     thin[:50] = thin[:50, :1]  # all corners at one point
     carried = random.random(400)
-    cells = spread(thin, carried, ROWS, COLUMNS)
+    cells = spread(thin, carried)
     assert cells.sum() == pytest.approx(carried.sum(), rel=1e-9)
     assert cells.min() >= -1e-9
 
 
 def test_points_fall_into_their_cell_or_beside_the_grid() -> None:
     points = np.array([[0.0, 0.0], [0.999, 0.0], [8.999, 6.999], [9.0, 3.0], [3.0, 7.0], [-1e-9, 2.0], [2.0, 3.5]])
-    cells = drop(points, np.arange(1.0, 8.0), ROWS, COLUMNS)
+    cells = drop(points, np.arange(1.0, 8.0))
     assert {place: cells[place] for place in zip(*map(tuple, np.nonzero(cells)), strict=True)} == {
         (0, 0): 3.0, (6, 8): 3.0, (3, 2): 7.0,
     }  # fmt: skip
 
 
 def test_a_grid_without_light_is_dark() -> None:
-    assert not spread(np.zeros((0, 3, 2)), np.zeros(0), ROWS, COLUMNS).any()
+    assert not spread(np.zeros((0, 3, 2)), np.zeros(0)).any()
     away = np.array([[[20.0, 1.0], [30.0, 1.0], [20.0, 5.0]], [[1.0, -9.0], [2.0, -9.0], [1.0, -3.0]]])
-    assert not spread(away, np.ones(2), ROWS, COLUMNS).any()
+    assert not spread(away, np.ones(2)).any()
+
+
+def test_what_comes_in_parts_and_channels_adds_up() -> None:
+    random = np.random.default_rng(5)
+    triangles, carried = random.uniform(-1, 10, (40, 3, 2)), random.random((40, 3))
+    points, dropped = random.uniform(-1, 10, (20, 2)), random.random((20, 3))
+    cells = Cells(ROWS, COLUMNS, 3)
+    for part in (slice(0, 13), slice(13, 14), slice(14, 40)):
+        cells.spread(triangles[part], carried[part])
+        cells.drop(points[part], dropped[part])
+    for channel in range(3):
+        expected = spread(triangles, carried[:, channel]) + drop(points, dropped[:, channel])
+        np.testing.assert_allclose(cells.filled()[..., channel], expected, atol=1e-12)
+
+
+def test_dark_cells_stay_dark_beside_bright_ones_and_faint_ones_are_kept() -> None:
+    """Light as dense as it gets, of triangles hardly thick enough, and a millionth of it to the right."""
+    rows, columns = 40, 2000
+    random = np.random.default_rng(11)
+    bright = random.uniform((20, 2), (300, 20), (3000, 1, 2)) + random.uniform(-1, 1, (3000, 3, 2))
+    bright[:500, 2] = bright[:500, :2].mean(axis=1) + 3e-6
+    faint = np.array([[[900.0, 5.0], [1000.0, 5.0], [900.0, 9.0]], [[1000.5, 5.5], [1001.5, 5.5], [1000.5, 9.5]]])
+    cells = Cells(rows, columns)
+    cells.spread(bright, np.ones((3000, 1)))
+    cells.spread(faint, np.array([[2e-4], [2e-6]]))
+    got = cells.filled()[..., 0]
+    assert got.min() >= 0.0
+    assert got.max() > 1
+    assert (got[22:] == 0.0).all()
+    assert (got[:, :19] == 0.0).all()
+    assert (got[:, 302:900] == 0.0).all()
+    assert (got[:, 1002:] == 0.0).all()
+    np.testing.assert_allclose(got[5:8, 910:920], 1e-6, rtol=0.02)
+    assert got.sum() == pytest.approx(3000 + 2.02e-4, rel=1e-9)

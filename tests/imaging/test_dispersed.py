@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from lenscl import paint, reference
 from lenscl.device import choose
 from lenscl.effects import BAND, RGB_LINES, wavelengths_of
-from lenscl.imaging.spectrum import basis, matching, spectral_matrices
+from lenscl.effects.colours import basis
+from lenscl.imaging.spectrum import matching, spectral_matrices
 from lenscl.status import RayStatus
 
 SIZE = (11, 7)

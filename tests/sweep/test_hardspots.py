@@ -45,6 +45,10 @@ def test_a_harmless_scene_has_only_the_step_of_its_method_to_tell_of() -> None:
         ({"picture.centre": [0.0, 0.0, 3.0]}, {"picture before-film"}),
         ({"lens.one.centre": [9.0, 0.0, 0.0]}, {"lens.one not-aimed-at"}),
         ({"lens.one.centre": [0.0, 0.0, 9.0]}, {"lens.one not-aimed-at"}),  # behind the source
+        ({"effects.antialias": "edges", "effects.caustics": True}, {"effects.antialias not-painted"}),
+        ({"effects.antialias": 2, "effects.caustics": True}, {"effects.antialias not-painted"}),
+        ({"effects.antialias": 2}, set()),
+        ({"effects.caustics": True}, set()),
         ({"lens.one.rotate": [0.0, 30.0, 20.0], "lens.one.centre": [0.0, 0.0, 0.4]}, set()),
     ],
 )
