@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 _MOST_EVENTS = 64  # rows of a table, the default of numerics.max_events; --json has all
 _LONGEST_KEY = 20  # characters of a lens's key in a table
 _WIDTH, _LABEL = 100, 11  # columns
+_COLUMNS = 6  # numbers of the effects side by side
 
 
 @click.command()
@@ -45,8 +46,8 @@ def explain(study_path: Path, pixel: str | None, overrides: tuple[str, ...], as_
     of the kernels that trace the study, in its method and precision. At each surface it says what is known of the
     point: the stretch of the ray on which F is proved to change its sign, what is left of F, the normal, the angles,
     how near the ray is to the critical angle, and by how much a relative change of its start has grown. Then where the
-    ray lands, how far off that may be, and, with lenscl[accuracy], what is proved of it. With effects.dispersion it is
-    the path at the d line.
+    ray lands, how far off that may be, and, with lenscl[accuracy], what is proved of it. What effects add stands
+    behind every surface, too. With effects.dispersion it is the path at the d line.
 
     \b
     Example:
@@ -94,6 +95,8 @@ def _print(path: RayPath) -> None:
     _print_items(_start(path))
     if path.events:
         _print_events(path)
+    if path.effects:
+        _print_effects(path)
     click.echo(f"\nEnds {_name(path.status)} after {many(path.total, 'event')}")
     _print_items(_end(path))
 
@@ -138,6 +141,35 @@ def _print_events(path: RayPath) -> None:
     print_table(head, [_sure(event) for event in events], 0)
     if len(events) < len(path.events):
         click.echo(f"({many(len(path.events) - len(events), 'event')} between are left out; --json has all)")
+
+
+def _print_effects(path: RayPath) -> None:
+    click.echo("\nEffects: what they have made of the ray behind each surface, and in the map")
+    rows = [_made(f"{event.number:3}", event.effects, path.effects) for event in _shown(path.events)]
+    table = [["", *_columns(path.effects)], *rows, _made("map", path.effects, path.effects)]
+    for first in range(1, len(table[0]), _COLUMNS):
+        head, *part = ([row[0], *row[first : first + _COLUMNS]] for row in table)
+        print_table(tuple(head), part, 0)
+
+
+def _columns(effects: Mapping[str, Any]) -> list[str]:
+    """Return a column's head for every number that the effects add, by the names of the ray's own where there are."""
+    from lenscl.effects import EFFECTS
+
+    rows = [variant for effect in EFFECTS.values() for asked in effect.variants.values() for variant in asked]
+    members = {output.name: output.members for variant in rows for output in variant.adds}
+    return [member for name in effects for member in members[name]]
+
+
+def _made(label: str, made: Mapping[str, Any], in_map: Mapping[str, Any]) -> list[str]:
+    cells = [label]
+    for name, last in in_map.items():
+        cells += [f"{each:.6g}" for each in _flat(made[name])] if name in made else ["" for _ in _flat(last)]
+    return cells
+
+
+def _flat(value: Any) -> list[float]:
+    return [each for part in value for each in _flat(part)] if isinstance(value, list) else [value]
 
 
 def _shown(events: Sequence[Event]) -> list[Event]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from lenscl.tracing.beside import BESIDE, complete
 from lenscl.tracing.called import Call, calls, reach_of, study_needs, with_needs
 from lenscl.tracing.film import film_rays
-from lenscl.tracing.follow import Ends, Follower, PixelFollower
+from lenscl.tracing.follow import Ends, Follower, PixelFollower, pixel_effects
 from lenscl.tracing.judge import Nudge, trace_to_judge
 from lenscl.tracing.launch import checked_rays, kernel_source, trace, trace_rays, trace_without
 from lenscl.tracing.numbers import TOLERANCE, picture_numbers
@@ -42,6 +42,7 @@ __all__ = [
     "locate",
     "methods_of",
     "picture_numbers",
+    "pixel_effects",
     "reach_of",
     "study_needs",
     "trace",

@@ -13,8 +13,10 @@ from lenscl.config import Scene
 from lenscl.device import Device
 from lenscl.tracing.called import steering
 from lenscl.tracing.job import Job, given_ends, unit_vectors
+from lenscl.tracing.structure import structure_of
 
 Array = NDArray[np.float64]
+_MADE_BY = ("legs", "map")  # what is behind a surface, and what is on the picture's plane
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,6 +101,44 @@ class PixelFollower:
         ends = self._job.empty_ends(1)
         self._job.run(ends, self._tile, 0, ())
         return _ends(ends)
+
+
+def pixel_effects(
+    scene: Scene, row: int, column: int, device: Device, surfaces: int
+) -> tuple[Mapping[str, NDArray[Any]], ...]:
+    """Return what the effects of a scene make of a film pixel's ray, behind each surface and on the picture's plane.
+
+    Parameters
+    ----------
+    scene, row, column, device
+        As for `PixelFollower`.
+    surfaces : int
+        How many the ray meets.
+
+    Returns
+    -------
+    tuple of mapping
+        For each surface, and then for the map: by the name of the map's array its numbers, in double. What is known on
+        the picture's plane alone stands only in the last. Empty where no effect adds anything.
+    """
+    scene = scene.at_d_line()
+    adds = structure_of(scene, scene.source.kind, "map", device).adds
+    if not adds:
+        return ()
+    tile = row, column, 1, 1
+    jobs = {ends: Job.prepare(scene, scene.source.kind, ends, None, None, device, kind="explain") for ends in _MADE_BY}
+    late = {
+        one.name for effect in jobs["map"].source.structure.effects if "landing" in effect.hooks for one in effect.adds
+    }
+    found = []
+    for most in (*range(1, surfaces + 1), None):
+        job = jobs["map" if most is None else "legs"]
+        job.max_events = scene.numerics.max_events if most is None else most
+        ends = job.empty_ends(1)
+        job.run(ends, tile, 0, ())
+        names = [one.name for one in adds if most is None or one.name not in late]
+        found.append({name: ends[name][0].astype(np.float64) for name in names})
+    return tuple(found)
 
 
 def _ends(ends: Mapping[str, NDArray[Any]]) -> Ends:

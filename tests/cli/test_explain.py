@@ -178,3 +178,18 @@ def test_the_help_says_what_it_does_with_a_pixel_and_without(lenscl) -> None:
     text = " ".join(lenscl("explain", "--help").stdout.split())
     assert "Without --pixel it is a table" in text
     assert "With --pixel it is the path" in text
+
+
+def test_effects_have_a_table_of_their_own(lenscl, study_path: Path) -> None:
+    asked = ("--set", "effects.fresnel=true", "--set", "effects.footprint=true")
+    text = lenscl("explain", study_path, "--pixel", "8,8", *asked).stdout
+    table = text.split("Effects: what they have made of the ray behind each surface, and in the map\n")[1]
+    head, *rows = table.split("\n\n")[0].splitlines()
+    assert head.split() == ["transmittance", "s_by_row", "s_by_column", "t_by_row", "t_by_column"]
+    assert [len(row.split()) for row in rows] == [2] * (len(rows) - 1) + [6]
+    assert rows[-1].startswith("map")
+    assert "Effects:" not in lenscl("explain", study_path, "--pixel", "8,8").stdout
+    all_of_them = lenscl("explain", study_path, "--pixel", "8,8", *asked, "--set", "effects.fresnel=polarised",
+                         "--set", "effects.absorption=true", "--set", "effects.path_length=true").stdout  # fmt: skip
+    assert max(map(len, all_of_them.splitlines())) <= 100
+    assert "path_length" in all_of_them

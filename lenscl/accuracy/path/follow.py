@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, SupportsFloat
 
@@ -34,6 +34,7 @@ from lenscl.tracing import (
     locate,
     methods_of,
     picture_numbers,
+    pixel_effects,
     trace_rays,
 )
 
@@ -78,7 +79,8 @@ def explain_pixel(
     chosen = device if isinstance(device, Device) else devices.choose(device)
     number = row * film.columns + column
     traced = _traced(scene, row, column, chosen)
-    events, growth = _explained(traced)
+    made = _effects(traced, row, column, chosen)
+    events, growth = _explained(traced, made)
     columns, rows = size or scene.picture.size
     st = (float(traced.st[0]), float(traced.st[1])) if traced.status.lands else None
     is_on_picture = st is not None and traced.status is RayStatus.PICTURE
@@ -105,6 +107,7 @@ def explain_pixel(
         pixel=(int(st[1] * rows), int(st[0] * columns)) if st is not None and is_on_picture else None,
         error=_error(traced, number, chosen),
         growth=growth,
+        effects=made[-1],
         proof=proved(scene, number, st),
     )
 
@@ -183,7 +186,16 @@ def _starts_inside(scene: Scene, start: Array, direction: Array) -> int | None:
     return on if normal @ direction < 0.0 else None
 
 
-def _explained(traced: _Traced) -> tuple[tuple[Event, ...], float | None]:
+def _effects(traced: _Traced, row: int, column: int, device: Device) -> list[Mapping[str, Any]]:
+    """Return what the effects have made of the ray behind each surface that is shown, and in the map."""
+    shown = len(traced.points) - 1
+    if not traced.directions[0].any() or traced.last_resort:
+        return [{}] * (shown + 1)
+    made = pixel_effects(traced.scene, row, column, device, shown)
+    return [{name: array.tolist() for name, array in each.items()} for each in made] or [{}] * (shown + 1)
+
+
+def _explained(traced: _Traced, made: Sequence[Mapping[str, Any]]) -> tuple[tuple[Event, ...], float | None]:
     """Return the events, and the growth up to (s, t)."""
     shown = len(traced.points) - 1
     if not traced.directions[0].any():
@@ -192,12 +204,12 @@ def _explained(traced: _Traced) -> tuple[tuple[Event, ...], float | None]:
     events: list[Event] = []
     if shown:
         hits = hits_of(traced.scene, traced.points[1:], traced.eps, Tolerance.of(traced.scene, traced.eps))
-        events.extend(_events(traced, hits, growth))
+        events.extend(_events(traced, hits, growth, made))
     is_whole = traced.status.lands and not traced.last_resort and all(event.growth is not None for event in events)
     return tuple(events), growth.on_picture(traced.scene, traced.origin, _unit(traced.direction)) if is_whole else None
 
 
-def _events(traced: _Traced, hits: Hits, growth: Growth) -> Iterator[Event]:
+def _events(traced: _Traced, hits: Hits, growth: Growth, made: Sequence[Mapping[str, Any]]) -> Iterator[Event]:
     scene = traced.scene
     leaves = traced.inside is not None
     grows = True
@@ -241,6 +253,7 @@ def _events(traced: _Traced, hits: Hits, growth: Growth) -> Iterator[Event]:
             k_bound=None if bend is None else bend.k_bound,
             margin=None if bend is None else bend.margin,
             growth=grown,
+            effects=made[i],
         )
         leaves = leaves if total else not leaves
 

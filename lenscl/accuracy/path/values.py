@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -46,6 +47,9 @@ class Event:
         going to an index as high or higher.
     growth : float or None
         By how much a relative change of the ray's start grows up to `point`: see `RayPath`.
+    effects : mapping
+        What the scene's effects have made of the ray behind the surface, by the names of a map's arrays: a number, or a
+        list of them.
     """
 
     number: int
@@ -64,6 +68,7 @@ class Event:
     k_bound: float | None
     margin: float | None
     growth: float | None
+    effects: Mapping[str, Any]
 
     def as_json(self) -> dict[str, Any]:
         """Return it as a plain dictionary."""
@@ -143,6 +148,8 @@ class RayPath:
         the path, or there is no place.
     growth : float or None
         Up to (s, t).
+    effects : mapping
+        What the scene's effects add to the map at this pixel, as in `Event`.
     proof : Proved or None
         None where python-flint is missing or broken: `lenscl.reference.flint_trouble` says which.
     """
@@ -169,6 +176,7 @@ class RayPath:
     pixel: tuple[int, int] | None
     error: float | None
     growth: float | None
+    effects: Mapping[str, Any]
     proof: Proved | None
 
     def as_json(self) -> dict[str, Any]:
