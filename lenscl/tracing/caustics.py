@@ -24,7 +24,7 @@ light changes across a film pixel, some four times its angle as the source sees 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -33,126 +33,25 @@ from numpy.typing import NDArray
 from lenscl.config import Scene
 from lenscl.config.scene import Frozen
 from lenscl.effects.colours import LUMINANCE, basis
-from lenscl.errors import TraceError
 from lenscl.status import RayStatus
 from lenscl.tracing.film import rays_through
 from lenscl.tracing.flux import flux_of_cells, flux_through
 from lenscl.tracing.launch import trace
-from lenscl.tracing.overlap import Cells
+from lenscl.tracing.memory import hold
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import Caustic, RayMap
 from lenscl.tracing.samples import edges, trace_given
+from lenscl.tracing.tubes import CORNERS, LANDS, Account, TubeRays
 
 _SIDES = (4, 4, 2)  # tubes that one is cut into, each way, and what of those is to be cut, and so on
 _BENT = 0.1  # by which part a tube's corners may differ in what they gather
 _SEEN = 0.5  # cells: what is smaller shows no shape
 _TUBES = 2**18  # that are handled at a time
 _TOGETHER = 2**14  # that are cut at a time
+_GRIDS = 8  # of the picture's cells in memory at a time, for each channel
 _SMALL = 8.0  # film pixels across a lens's box below which those around it are cut
-_LANDS = tuple(int(status) for status in RayStatus if status.lands)
-# A tube's corners on a grid of corners: corner, right, down, far
-_CORNERS = (np.s_[..., :-1, :-1], np.s_[..., :-1, 1:], np.s_[..., 1:, :-1], np.s_[..., 1:, 1:])
-_TRIANGLES = ([0, 1, 2], [1, 3, 2])  # of them
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class _Rays:
-    """Ends of rays, shape (...): places in cells of the picture, and the shares that surfaces and insides let on.
-
-    `left` is of shape (..., C): of red, green and blue where something absorbs, else all alike, and 1.
-    """
-
-    place: Array
-    status: NDArray[np.uint8]
-    events: NDArray[np.uint8]
-    refracted: Array
-    left: Array  # of what was refracted
-
-    @classmethod
-    def of(cls, ends: Mapping[str, Any], scene: Scene, *shape: int) -> _Rays:
-        """Return the ends that a trace yields, in another shape; what no effect weakens goes on as it is."""
-        count = ends["status"].size
-        refracted = ends["transmittance"].astype(np.float64).ravel() if "transmittance" in ends else np.ones(count)
-        left = ends["transmission"].astype(np.float64) if "transmission" in ends else np.ones((count, 1))
-        return cls(
-            place=ends["st"].astype(np.float64).reshape(*shape, 2) * scene.picture.size,
-            status=ends["status"].reshape(shape),
-            events=ends["events"].reshape(shape),
-            refracted=refracted.reshape(shape),
-            left=left.reshape(*shape, -1),
-        )
-
-    def rows(self, first: int, last: int) -> _Rays:
-        """Return the rays of some rows of a grid."""
-        some = slice(first, last)
-        return _Rays(self.place[some], self.status[some], self.events[some], self.refracted[some], self.left[some])
-
-    def of_tubes(self, which: NDArray[np.bool_]) -> _Rays:
-        """Return the corners of some tubes, shape (N, 4), of rays that stand at corners on grids (..., rows, columns).
-
-        `which`, shape (..., rows - 1, columns - 1), says of which.
-        """
-
-        def corners(array: NDArray[Any]) -> NDArray[Any]:
-            return np.stack([array[part][which] for part in _CORNERS], axis=1)
-
-        def each(arrays: Array) -> Array:
-            return np.stack([corners(array) for array in np.moveaxis(arrays, -1, 0)], axis=-1)
-
-        status, events, refracted = (corners(array) for array in (self.status, self.events, self.refracted))
-        return _Rays(each(self.place), status, events, refracted, each(self.left))
-
-
-class _Account:
-    """What the picture's cells have got, where the rest of the light has gone, and records of what that took.
-
-    Cells get light of each channel; what has gone elsewhere counts by the channels' weights, shape (C,).
-    """
-
-    def __init__(self, scene: Scene, weights: Array) -> None:
-        columns, rows = scene.picture.size
-        self.weights = weights
-        self.cells = Cells(rows, columns, len(weights))
-        self.landed = 0.0  # on the picture or beside it
-        self.records: list[Mapping[str, Any]] = []
-        self.ends = dict.fromkeys((*(status.name.lower() for status in RayStatus), "reflected", "absorbed"), 0.0)
-
-    def add_tubes(self, corners: _Rays, flux: Array) -> None:
-        """Spread the light of tubes, shape (N, 4); flux, shape (N, 2), is that of their triangles."""
-        lands = np.isin(corners.status[:, 0], _LANDS)
-        for number, triangle in enumerate(_TRIANGLES):
-            share = corners.refracted[:, triangle]
-            left = (share[..., np.newaxis] * corners.left[:, triangle]).mean(axis=1)
-            arrives = self._weigh(flux[:, number], share.mean(axis=1), left)
-            self._end(corners.status[:, 0], lands, arrives)
-            self.cells.spread(corners.place[lands][:, triangle], arrives[lands])
-
-    def add_rays(self, rays: _Rays, flux: Array) -> None:
-        """Let the light of tubes, shape (N,), go where single rays go."""
-        lands = np.isin(rays.status, _LANDS)
-        arrives = self._weigh(flux, rays.refracted, rays.refracted[:, np.newaxis] * rays.left)
-        self._end(rays.status, lands, arrives)
-        self.cells.drop(rays.place[lands], arrives[lands])
-
-    def _weigh(self, flux: Array, refracted: Array, left: Array) -> Array:
-        self.ends["reflected"] += float((flux * (1.0 - refracted)).sum())
-        self.ends["absorbed"] += float((flux * (refracted - left @ self.weights)).sum())
-        return flux[:, np.newaxis] * left
-
-    def _end(self, status: NDArray[np.uint8], lands: NDArray[np.bool_], arrives: Array) -> None:
-        weighed = arrives @ self.weights
-        self.landed += float(weighed[lands].sum())
-        for number, light in enumerate(np.bincount(status[~lands], weighed[~lands], len(RayStatus))):
-            self.ends[RayStatus(number).name.lower()] += float(light)
-
-    def close(self) -> Array:
-        """Return what the cells have got, shape (H, W, C), and account for what has landed."""
-        filled = self.cells.filled()
-        self.ends["picture"] = float((filled @ self.weights).sum())
-        self.ends["off_picture"] = self.landed - self.ends["picture"]
-        return filled
 
 
 def with_caustic(raymap: RayMap) -> RayMap:
@@ -163,21 +62,28 @@ def with_caustic(raymap: RayMap) -> RayMap:
     StudyError
         If film or picture are seen edge-on from the source.
     TraceError
-        If there is no memory for the picture's cells.
+        If there is not enough memory for the picture's cells.
     """
     if not raymap.scene.effects["caustics"]:
         return raymap
-    try:
-        if "wavelengths" not in raymap.added:
-            return _lit(raymap, LUMINANCE)
-        weights = basis(raymap.wavelengths)
-        return _together_lit(raymap, [_lit(*each) for each in zip(raymap.layers(), weights, strict=True)])
-    except MemoryError as error:
-        columns, rows = raymap.scene.picture.size
-        raise TraceError(
-            f"effects.caustics: there is no memory for light on {columns:,} x {rows:,} cells; "
-            "use a smaller picture.size, or a smaller film"
-        ) from error
+    _check_memory(raymap)
+    if "wavelengths" not in raymap.added:
+        return _lit(raymap, LUMINANCE)
+    weights = basis(raymap.wavelengths)
+    return _together_lit(raymap, [_lit(*each) for each in zip(raymap.layers(), weights, strict=True)])
+
+
+def _check_memory(raymap: RayMap) -> None:
+    """Refuse light on more cells than there is memory for: of one wavelength at work, and what is kept of each."""
+    columns, rows = raymap.scene.picture.size
+    channels, many = 3 if "transmission" in raymap.added else 1, len(raymap.layers())
+    kept = 2 * many * (channels + 1) if many > 1 else 0
+    hold(
+        8 * rows * columns * (_GRIDS * channels + kept),
+        "effects.caustics",
+        f"the cells of a picture of {columns:,} x {rows:,} with their light",
+        "use a smaller picture.size",
+    )
 
 
 def _together_lit(raymap: RayMap, layers: list[RayMap]) -> RayMap:
@@ -190,7 +96,7 @@ def _together_lit(raymap: RayMap, layers: list[RayMap]) -> RayMap:
             irradiance=np.stack([one.irradiance for one in caustics]),
             rgb=np.stack(coloured) if coloured else None,
             flux=caustics[0].flux,
-            shares={end: float(np.mean([one.shares[end] for one in caustics])) for end in ends},
+            shares=Frozen({end: float(np.mean([one.shares[end] for one in caustics])) for end in ends}),
             cut=sum(one.cut for one in caustics),
         ),
         trace_seconds=sum(layer.trace_seconds for layer in layers),
@@ -204,15 +110,15 @@ def _lit(raymap: RayMap, seen: Array) -> RayMap:
     direct, through = flux_of_cells(scene, scene.picture).sum(axis=-1), flux_of_cells(scene, film)
     grid = trace(_corner_scene(scene), device=raymap.device)
     ends = {"st": grid.st, "status": grid.status, "events": grid.events, **grid.added}
-    rays = _Rays.of(ends, scene, *grid.status.shape)
-    is_sheet = np.isin(grid.status, _LANDS)
+    rays = TubeRays.of(ends, scene, *grid.status.shape)
+    is_sheet = np.isin(grid.status, LANDS)
     is_edge = edges(replace(grid, status=np.where(is_sheet, np.uint8(RayStatus.PICTURE), grid.status)))
-    cut = np.logical_and.reduce([is_edge[part] for part in _CORNERS]) | _is_bent(rays, scene.picture.size)
+    cut = np.logical_and.reduce([is_edge[part] for part in CORNERS]) | _is_bent(rays, scene.picture.size)
     cut |= _at_small_lenses(scene)
 
     is_coloured = "transmission" in grid.added
     weights = seen if is_coloured else np.ones(1)
-    account = _Account(scene, weights)
+    account = Account(scene, weights)
     band = max(1, _TUBES // film.columns)
     for top in range(0, film.rows, band):
         some = ~cut[top : top + band]
@@ -257,12 +163,12 @@ def _at_small_lenses(scene: Scene) -> NDArray[np.bool_]:
     return found
 
 
-def _add_cut(account: _Account, raymap: RayMap, at: Array) -> None:
+def _add_cut(account: Account, raymap: RayMap, at: Array) -> None:
     """Add the light through film pixels that are to be cut.
 
     Parameters
     ----------
-    account : _Account
+    account : Account
     raymap : RayMap
     at : float64 array, shape (N, 2)
         Where on the film they begin, (row, column) in pixels.
@@ -272,15 +178,15 @@ def _add_cut(account: _Account, raymap: RayMap, at: Array) -> None:
         again = [_cut_once(account, raymap, some, size, side, level == len(_SIDES)) for some in _together(at)]
         at, size = np.concatenate([at[:0], *again]), size / side
     for some in _together(at):
-        middles = _Rays.of(_traced(account, raymap, some + size / 2), raymap.scene, len(some))
+        middles = TubeRays.of(_traced(account, raymap, some + size / 2), raymap.scene, len(some))
         account.add_rays(middles, _flux(raymap.scene, some, size).sum(axis=-1))
 
 
-def _cut_once(account: _Account, raymap: RayMap, at: Array, size: float, side: int, is_last: bool) -> Array:
+def _cut_once(account: Account, raymap: RayMap, at: Array, size: float, side: int, is_last: bool) -> Array:
     """Cut tubes of a size in pixels, `side` x `side`; return where those begin that have to be cut again."""
     step = size / side
     corners = at[:, None, None] + step * np.moveaxis(np.indices((side + 1, side + 1)), 0, -1)
-    rays = _Rays.of(_traced(account, raymap, corners.reshape(-1, 2)), raymap.scene, *corners.shape[:-1])
+    rays = TubeRays.of(_traced(account, raymap, corners.reshape(-1, 2)), raymap.scene, *corners.shape[:-1])
     begins = corners[:, :-1, :-1]
     tubes = rays.of_tubes(np.ones(begins.shape[:-1], dtype=bool))
     again = _is_torn(tubes).reshape(begins.shape[:-1])
@@ -295,7 +201,7 @@ def _together(at: Array) -> Iterator[Array]:
     yield from (at[first : first + _TOGETHER] for first in range(0, len(at), _TOGETHER))
 
 
-def _traced(account: _Account, raymap: RayMap, at: Array) -> Mapping[str, NDArray[Any]]:
+def _traced(account: Account, raymap: RayMap, at: Array) -> Mapping[str, NDArray[Any]]:
     """Return the ends of rays through places of the film, shape (N, 2), (row, column) in pixels."""
     scene, film = raymap.scene, raymap.scene.film
 
@@ -315,26 +221,26 @@ def _flux(scene: Scene, at: Array, size: float) -> Array:
     return flux_through(scene, corners, size * right, size * down)
 
 
-def _is_torn(tubes: _Rays) -> NDArray[np.bool_]:
+def _is_torn(tubes: TubeRays) -> NDArray[np.bool_]:
     """Say of tubes' corners, shape (N, 4), whether their rays end otherwise, or meet other surfaces."""
-    end = np.where(np.isin(tubes.status, _LANDS), 0, 1 + tubes.status.astype(np.int32)) * 256 + tubes.events
+    end = np.where(np.isin(tubes.status, LANDS), 0, 1 + tubes.status.astype(np.int32)) * 256 + tubes.events
     torn: NDArray[np.bool_] = (end[:, 0] != end[:, 1]) | (end[:, 0] != end[:, 2]) | (end[:, 0] != end[:, 3])
     return torn
 
 
-def _reaches(rays: _Rays, size: tuple[int, int]) -> NDArray[np.bool_]:
+def _reaches(rays: TubeRays, size: tuple[int, int]) -> NDArray[np.bool_]:
     """Say which tubes between corners on grids may put light on the picture, by the box around their places."""
     found = np.ones((1,), dtype=bool)
     for axis in (0, 1):
-        corners = [rays.place[..., axis][part] for part in _CORNERS]
+        corners = [rays.place[..., axis][part] for part in CORNERS]
         found = found & (np.minimum.reduce(corners) <= size[axis]) & (np.maximum.reduce(corners) >= 0.0)
     return found
 
 
-def _is_bent(rays: _Rays, size: tuple[int, int]) -> NDArray[np.bool_]:
+def _is_bent(rays: TubeRays, size: tuple[int, int]) -> NDArray[np.bool_]:
     """Say which tubes between corners on grids gather light unevenly, by the areas that their steps span there."""
-    corner, right, down, far = (rays.place[(*part, slice(None))] for part in _CORNERS)
-    lands = np.isin(rays.status, _LANDS)
+    corner, right, down, far = (rays.place[(*part, slice(None))] for part in CORNERS)
+    lands = np.isin(rays.status, LANDS)
     with np.errstate(over="ignore", invalid="ignore"):
         across, below, up, back = right - corner, down - corner, far - right, far - down
         spans = [_cross(across, below), _cross(across, up), _cross(back, below), _cross(back, up)]
@@ -342,7 +248,7 @@ def _is_bent(rays: _Rays, size: tuple[int, int]) -> NDArray[np.bool_]:
         wide = np.maximum(np.abs(far - corner), np.abs(right - down))
         is_seen = np.maximum(wide[..., 0], wide[..., 1]) > _SEEN
         uneven = apart > _BENT * sum(np.abs(span) for span in spans) / len(spans)
-    bent: NDArray[np.bool_] = uneven & is_seen & np.logical_and.reduce([lands[part] for part in _CORNERS])
+    bent: NDArray[np.bool_] = uneven & is_seen & np.logical_and.reduce([lands[part] for part in CORNERS])
     return bent & _reaches(rays, size)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,8 @@ from lenscl.config import Scene
 from lenscl.errors import TraceError
 from lenscl.imaging import light, write_map
 from lenscl.imaging.spectrum import spectral_matrices
-from lenscl.tracing import RayMap, caustics
+from lenscl.tracing import RayMap, caustics, memory
+from lenscl.tracing import trace as traced
 from lenscl.tracing.flux import flux_of_cells, flux_through
 from lenscl.tracing.samples import finer
 
@@ -267,13 +269,32 @@ def test_films_of_a_few_pixels_light_the_picture_too(size: list[int]) -> None:
     assert found.caustic.flux == pytest.approx(fine.caustic.flux, rel=1e-9)  # type: ignore[union-attr]
 
 
-def test_no_memory_for_the_light_is_said_with_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: Any) -> Any:
-        raise MemoryError
+def test_light_that_does_not_fit_into_memory_is_refused_before_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "free_memory", lambda: 2**30)
+    with pytest.raises(
+        TraceError, match=r"^effects\.caustics: the cells of a picture of 9,000 x 9,000 .* take 4\.8 GiB"
+    ):
+        lit(AWAY, picture={"size": [9000, 9000]})
 
-    monkeypatch.setattr(caustics, "Cells", full)
-    with pytest.raises(TraceError, match=r"^effects\.caustics: there is no memory for light on 60 x 60 cells"):
-        lit(AWAY)
+
+@pytest.mark.parametrize("more", [{}, {"absorption": [1.0, 0.5, 0.2]}])
+def test_what_it_takes_is_held_against_what_is_free(more: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The most that is in memory at a time, but for what hangs on the film, is within what is asked for."""
+    held: list[int] = []
+    monkeypatch.setattr(caustics, "hold", lambda nbytes, *_: held.append(nbytes))
+    effects = {"caustics": True}
+    scene = make_scene(
+        {"surface": "sphere", "r": 0.5, **more},
+        picture={"size": [1500, 1500]},
+        film={"size": [20, 20]},
+        effects=effects,
+    )
+    raymap = traced(scene)
+    tracemalloc.start()
+    caustics.with_caustic(raymap)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert 0.5 * held[0] < peak < held[0]
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from scenes import make_scene
 from lenscl import RayStatus, trace, trace_rays
 from lenscl.config import Scene
 from lenscl.effects.colours import LUMINANCE
-from lenscl.tracing import Caustic, RayMap, caustics
+from lenscl.tracing import Caustic, RayMap, tubes
 
 pytestmark = pytest.mark.usefixtures("plain_kernels")
 SOURCE = np.array([0.0, 0.0, 4.0])
@@ -92,8 +92,8 @@ def test_films_of_a_few_pixels_light_each_cell_as_counts_of_rays_do(
 def test_a_tube_carries_the_mean_of_what_its_corners_let_on_and_not_of_its_factors() -> None:
     """Two triangles: of the first, corners let on 1 x 0, 0 x 1 and 0.5 x 0.5; of the second 0 x 1, 1 x 1, 0.5 x 0.5."""
     asked = scene({"surface": "sphere", "absorption": [1, 1, 1]}, columns=2, cells=4, effects={"fresnel": True})
-    account = caustics._Account(asked, np.ones(1))
-    corners = caustics._Rays(
+    account = tubes.Account(asked, np.ones(1))
+    corners = tubes.TubeRays(
         place=np.array([[[0.5, 0.5], [3.5, 0.5], [0.5, 3.5], [3.5, 3.5]]]),
         status=np.full((1, 4), RayStatus.PICTURE, np.uint8),
         events=np.full((1, 4), 2, np.uint8),
