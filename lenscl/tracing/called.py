@@ -21,6 +21,7 @@ _MOST_POINTS = 250  # of a study that are looked at one by one; of a longer one 
 _HARMLESS = ("picture.", "numerics.max_events")  # keys on which nothing of this hangs
 _HARMLESS_TO_FACTS = (*_HARMLESS, "film.")  # of any lens, whether it is reached or not
 _OF_THE_ENVIRONMENT: frozenset[Fact] = frozenset({"the environment is the picture", "the environment is an image"})
+_ENVIRONMENT = "effects.environment"
 _ELSEWHERE = "another point of the study needs it"
 _ROUNDINGS = 4 * 2.0**-52  # by which semi-axes of a sphere may seem to differ
 
@@ -96,13 +97,11 @@ def reach_of(scene: Scene, *, rays_given: bool = False) -> dict[int, str]:
 def _reach(scene: Scene, rays_given: bool) -> dict[int, str]:
     if rays_given:
         return dict.fromkeys(range(len(scene.lenses)), "rays may start anywhere")
-    ends = scene.effects["total_reflection"] == "end"
-    reflecting = [
-        number
-        for number in range(len(scene.lenses))
-        if not ends and _found(_reflects, scene, [number], rays_given).holds
-    ]
-    return reached(scene, reflecting)
+    if scene.effects["total_reflection"] == "end":
+        return reached(scene, ())
+    at_each = (scene, *(scene.layers() if scene.wavelengths else ()))
+    numbers = range(len(scene.lenses))
+    return reached(scene, [i for i in numbers if any(_reflects(one, [i], rays_given).holds for one in at_each)])
 
 
 def _found(finder: _Finder, scene: Scene, lenses: Collection[int], rays_given: bool) -> Finding:
@@ -119,10 +118,9 @@ def _found(finder: _Finder, scene: Scene, lenses: Collection[int], rays_given: b
 
 def needs_of(scene: Scene, *, rays_given: bool = False) -> Needs:
     """Return what a scene's kernel needs, or that of any point of the study that it belongs to."""
-    return Needs(
-        facts=_holding(findings(scene, rays_given=rays_given)),
-        lenses=frozenset(reach_of(scene, rays_given=rays_given)),
-    )
+    lenses = _reach(scene, rays_given)
+    facts = _holding(_findings(scene, lenses, rays_given))
+    return scene.needs | Needs(facts=facts, lenses=frozenset(lenses))
 
 
 def study_needs(study: Study) -> Needs:
@@ -133,7 +131,8 @@ def study_needs(study: Study) -> Needs:
     if study.point_count() > _MOST_POINTS:
         every = range(len(study.scene.lenses))
         is_one = all(key.startswith(_HARMLESS_TO_FACTS) for key in study.axes)
-        facts = _holding(_findings(study.scene, every, False)) if is_one else frozenset(_FINDERS) - _OF_THE_ENVIRONMENT
+        undecided = frozenset(_FINDERS) - (frozenset() if _ENVIRONMENT in study.axes else _OF_THE_ENVIRONMENT)
+        facts = _holding(_findings(study.scene, every, False)) if is_one else undecided
         return found | Needs(facts=facts, lenses=frozenset(every))
     found = Needs()
     for point in study.points():
@@ -232,8 +231,9 @@ def _is_sphere(lens: Lens) -> bool:
 def _may_start_in(scene: Scene, lens: int) -> bool:
     if scene.source.at is None:  # parallel light starts before every lens
         return False
-    inside, on = locate(scene, np.array([scene.source.at], dtype=np.float64))
-    return lens in (int(inside[0]), int(on[0]))
+    alone = replace(scene, lenses=(scene.lenses[lens],))
+    inside, on = locate(alone, np.array([scene.source.at], dtype=np.float64))
+    return bool(inside[0] >= 0 or on[0] >= 0)
 
 
 def _shows_the_picture(scene: Scene, *_: object) -> Finding:

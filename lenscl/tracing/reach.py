@@ -11,9 +11,8 @@ Whatever else bends rays may send them anywhere, and then no lens is left out.
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
-from math import acos, asin, inf, pi
+from collections.abc import Collection, Sequence
+from math import acos, inf, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,28 +24,6 @@ _CLEARANCE = 1e-5  # of the lengths at hand, or radians: single precision takes 
 _MOST_STEPS = 1024  # from lens to lens; rays that may go on farther are taken to go anywhere
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class _Ball:
-    """What is known of where a lens is."""
-
-    centre: Array
-    radius: float
-
-    @classmethod
-    def around(cls, corners: Array) -> _Ball:
-        centre = corners.mean(axis=0)
-        return cls(centre, float(np.linalg.norm(corners - centre, axis=1).max()))
-
-    def sees(self, other: _Ball, axis: Array, angle: float) -> bool:
-        """Say whether a ray from here may meet another ball that makes such an angle with an axis at most."""
-        apart = other.centre - self.centre
-        distance, reach = float(np.linalg.norm(apart)), (self.radius + other.radius) * (1.0 + _CLEARANCE)
-        if distance <= reach:
-            return True
-        off = acos(min(1.0, max(-1.0, float(apart @ axis) / distance)))
-        return off - asin(reach / distance) <= angle + _CLEARANCE
 
 
 def reached(scene: Scene, reflecting: Collection[int]) -> dict[int, str]:
@@ -72,31 +49,44 @@ def reached(scene: Scene, reflecting: Collection[int]) -> dict[int, str]:
 
     # Follow the cones of directions from lens to lens until none grows
     axis, widest = _directions(scene)
-    balls = [_Ball.around(box) for box in corners]
-    angles = dict.fromkeys(found, widest)  # with the axis, of rays that arrive at a lens
+    layers = scene.layers()
+    centres = np.array([box.mean(axis=0) for box in corners])
+    radii = np.array([np.linalg.norm(box - box.mean(axis=0), axis=1).max() for box in corners])
+    angles = np.full(len(corners), -1.0)  # with the axis, of rays that arrive at a lens; -1 where none do
+    angles[list(found)] = widest
     queue, steps = list(found), 0
     while queue:
         i, steps = queue.pop(), steps + 1
-        if not _bends(scene, i):
+        if scene.blocks(i) or all(layer.lenses[i].n == layer.n_medium for layer in layers):
             continue
-        leaves = min(pi, angles[i] + _deviation(scene, i, reflecting)) if steps < _MOST_STEPS else pi
-        for j, ball in enumerate(balls):
-            if j != i and leaves > angles.get(j, -1.0) and balls[i].sees(ball, axis, leaves):
-                angles[j] = leaves
-                found.setdefault(j, f"rays that {scene.lens_key(i)} has bent may meet it")
-                queue.append(j)
+        leaves = min(pi, angles[i] + _deviation(scene, layers, i, reflecting)) if steps < _MOST_STEPS else pi
+        seen = (angles < leaves) & (_least_angles(centres - centres[i], radii + radii[i], axis) <= leaves + _CLEARANCE)
+        seen[i] = False
+        angles[seen] = leaves
+        for j in np.flatnonzero(seen).tolist():
+            found.setdefault(j, f"rays that {scene.lens_key(i)} has bent may meet it")
+            queue.append(j)
     return found
 
 
-def _bends(scene: Scene, number: int) -> bool:
-    return not scene.blocks(number) and any(layer.lenses[number].n != layer.n_medium for layer in scene.layers())
+def _least_angles(apart: Array, reach: Array, axis: Array) -> Array:
+    """Return the least angle with an axis, shape (N,), of a line from one ball to another.
+
+    `apart`, shape (N, 3), is between their centres; `reach`, shape (N,), the sum of their radii. It is -1 for balls
+    that touch.
+    """
+    distance, reach = np.linalg.norm(apart, axis=1), reach * (1.0 + _CLEARANCE)
+    is_apart = distance > reach
+    far = np.where(is_apart, distance, 1.0)
+    off = np.arccos(np.clip(apart @ axis / far, -1.0, 1.0)) - np.arcsin(np.where(is_apart, reach, 0.0) / far)
+    return np.where(is_apart, off, -1.0)
 
 
-def _deviation(scene: Scene, number: int, reflecting: Collection[int]) -> float:
+def _deviation(scene: Scene, layers: Sequence[Scene], number: int, reflecting: Collection[int]) -> float:
     """Return by how much a lens may turn a ray at most, in radians; inf where that is not bounded."""
     if number in reflecting or scene.numerics.snell != "exact" or not scene.lenses[number].surface.is_convex:
         return inf
-    ratios = [layer.lenses[number].n / layer.n_medium for layer in scene.layers()]
+    ratios = [layer.lenses[number].n / layer.n_medium for layer in layers]
     return 2.0 * max(acos(min(ratio, 1.0 / ratio)) for ratio in ratios)
 
 

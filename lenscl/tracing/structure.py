@@ -87,7 +87,7 @@ def check_steps(scene: Scene, structure: Structure) -> None:
     """Refuse a step so small that `march` would never come home."""
     if "step" not in structure.reads():
         return
-    diagonal = max(Placement.of(lens).diagonal() for lens in scene.lenses)
+    diagonal = max(Placement.of(scene.lenses[number]).diagonal() for number in structure.lenses)
     if diagonal > _MARCH_STEPS * scene.numerics.step:
         raise StudyError(
             [
