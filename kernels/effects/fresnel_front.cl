@@ -15,5 +15,6 @@ static inline maskv at_front(const ray_t *ray, const interface_t *at) {
 static inline void fresnel_front_start(ray_t *ray, const scene_t *scene) { ray->reflectance = (realv)0; }
 
 static inline void fresnel_front_interface(ray_t *ray, const interface_t *at, const scene_t *scene) {
-  ray->reflectance = at_front(ray, at) ? (realv)1 - ray->transmittance : ray->reflectance;
+  const realv share = max_v((realv)1 - ray->transmittance, (realv)0);  // of 1 rounding may leave more
+  ray->reflectance = at_front(ray, at) ? share : ray->reflectance;
 }

@@ -11,7 +11,6 @@ import click
 from lenscl.cli.group import plain
 from lenscl.cli.table import print_table, share
 
-_WHOLE = 100.0  # ns from which fractions of one say nothing
 _MOST_CHANGED = 0.01  # of the rays that end otherwise without an effect: beyond, times tell no more what it costs
 
 if TYPE_CHECKING:
@@ -72,7 +71,7 @@ def _print(study: Study, scene: Scene, found: list[Call], timed: Ablation, chose
                 "in" if call.is_in else "out",
                 "derived" if call.asked == "auto" else "asked" if call.is_in else "",
                 call.variant.name if call.variant else "",
-                _spelled(cost) if cost else "",
+                (_in_seconds(cost, timed.rays) if call.is_beside else _spelled(cost)) if cost else "",
                 plain(call.why),
             )
         )
@@ -88,12 +87,15 @@ def _timed_as(call: Call) -> str:
     return call.variant.name if call.variant else call.effect.key
 
 
+def _in_seconds(cost: Cost, rays: int) -> str:
+    seconds, low, high = (each * rays * 1e-9 for each in (cost.ns, cost.low, cost.high))
+    return f"{seconds:+.3g} s ({low:+.3g} to {high:+.3g})"
+
+
 def _spelled(cost: Cost) -> str:
     if cost.changed > _MOST_CHANGED:
         return f"changes {share(cost.changed)} of the rays"
-    digits = 2 if cost.high < _WHOLE else 0
-    ns, low, high = (f"{each:+,.{digits}f}" for each in (cost.ns, cost.low, cost.high))
-    return f"{ns} ({low} to {high})"
+    return f"{cost.ns:+.2f} ({cost.low:+.2f} to {cost.high:+.2f})"
 
 
 def _points(study: Study) -> str:
@@ -105,10 +107,10 @@ def _circumstances(scene: Scene, found: list[Call], timed: Ablation, chosen: Dev
     from lenscl.accuracy.ablation import BESIDE_ROUNDS
 
     numerics, beside = scene.numerics, [call.effect.key for call in found if call.is_beside]
-    by_host = "beside the kernel and on top of that, by the host's clock: median, least and most of"
+    by_host = "beside the kernel and on top of that, in seconds by the host's clock: median, least and most of"
     return {
         "time": f"{timed.ns:.3g} ns a ray with all that is in, warm, median of {timed.rounds} rounds; "
-        "ns a ray: what each adds, the median of paired differences, with its 95 % bounds",
+        "ns a ray: what each adds with all that builds on it, the median of paired differences, with its 95 % bounds",
         **({"beside": f"{' and '.join(beside)}: {by_host} {BESIDE_ROUNDS} rounds"} if beside else {}),
         "rays": f"{timed.rays:,}, method {numerics.method}, {numerics.precision} precision",
         "device": ", ".join(f"{value}" for value in chosen.circumstances().values()),

@@ -13,7 +13,7 @@ import click
 from lenscl.cli.group import SOME_FAILED, json_option, many, open_study, plain, set_option, study_argument
 
 if TYPE_CHECKING:
-    from lenscl.config import Study
+    from lenscl.config import Scene, Study
 
 _MOST_POINTS_LISTED = 20  # in text; --json lists all
 _MOST_NUMBERS = 8  # of points that share a hard spot
@@ -29,7 +29,8 @@ def check(study_path: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     Hard spots are found from boxes, planes, the source and F on small boxes; nothing is traced. Among them are points
     and creases without a normal where the film looks at them, parts thinner than a film pixel, and expressions without
     an inside, a slope or a value, or with a pole. They are reasons to look twice, not faults. A picture that cannot be
-    read, or not be written in the study's format, and a pattern that no file matches are faults: exit code 3.
+    read, or not be written in the study's format, and a pattern that no file matches are faults: exit code 3. So is an
+    image that lenses reflect, if it cannot be read.
 
     \b
     Example:
@@ -42,7 +43,8 @@ def check(study_path: Path, overrides: tuple[str, ...], as_json: bool) -> None:
         click.echo(json.dumps(found, indent=2))
     else:
         _print_findings(study, found)
-    if found["unmatched"] or any(picture["error"] for picture in found["pictures"]):
+    shown = [*found["pictures"], *([found["environment"]] if found["environment"] else [])]
+    if found["unmatched"] or any(picture["error"] for picture in shown):
         raise SystemExit(SOME_FAILED)
 
 
@@ -91,6 +93,7 @@ def _examine(study: Study) -> dict[str, Any]:
         "axes": list(study.axes),
         "points": study.point_count(),
         "pictures": [_try_picture(path, study.output.format) for path in study.images],
+        "environment": _try_environment(study.scene),
         "unmatched": [text for text in _patterns(study) if not _matches(text, study.folder)],
         "points_looked_at": looked_at,
         "hard_spots": [
@@ -122,6 +125,20 @@ def _try_picture(path: Path, image_format: str) -> dict[str, Any]:
     return {"path": str(path), "size": list(picture.size), "channels": channels, "error": error_text}
 
 
+def _try_environment(scene: Scene) -> dict[str, Any] | None:
+    """Return what is found of the image that lenses reflect; None where they reflect none."""
+    from lenscl.errors import ImageError
+    from lenscl.imaging import read_picture
+
+    shown = scene.environment
+    if scene.effects["fresnel"] != "split" or not isinstance(shown, str) or shown == "picture":
+        return None
+    try:
+        return {"path": shown, "size": list(read_picture(shown).size), "error": None}
+    except ImageError as error:
+        return {"path": shown, "size": None, "error": " ".join(str(error).split())}
+
+
 def _print_findings(study: Study, found: dict[str, Any]) -> None:
     """Print what was found, for people."""
     pictures, spots, points = found["pictures"], found["hard_spots"], found["points"]
@@ -147,6 +164,9 @@ def _print_findings(study: Study, found: dict[str, Any]) -> None:
         what = f"{size[0]} x {size[1]}, {many(picture['channels'], 'channel')}" if size else "UNREADABLE"
         error = f": {picture['error']}" if picture["error"] else ""
         click.echo(plain(f"  {picture['path']}  {what}{error}"))
+    if around := found["environment"]:
+        what = around["error"] or "{} x {}".format(*around["size"])
+        click.echo(plain(f"  effects.environment: {around['path']}  {'UNREADABLE: ' if around['error'] else ''}{what}"))
 
     click.echo("\nHard spots:" if spots else "\nHard spots: none found")
     for spot in spots:

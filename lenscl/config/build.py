@@ -38,6 +38,7 @@ Report = Callable[[str], None]  # takes one problem, led by its key
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 COORDINATES = ("x", "y", "z")
 LENS_KEYS = tuple(LensTable.model_fields)
+_BRIGHTEST = 1e30  # of a colour: decoded from sRGB it is still a number
 _PARALLEL = 4 * 2.0**-52  # sine of the angle of two spans that differ by rounding alone
 BY_HAND = ("method", "precision", "snell", "step", "tolerance")  # keys of [numerics] that accuracy chooses
 
@@ -215,12 +216,12 @@ def _read_environment(document: Mapping[str, Any], report: Report) -> str | tupl
         return value
     numbers = [value] if isinstance(value, (int, float)) and not isinstance(value, bool) else value
     if isinstance(numbers, (list, tuple)) and len(numbers) in (1, 3):
-        finite = [each for each in numbers if type(each) in (int, float) and math.isfinite(each) and each >= 0]
+        finite = [each for each in numbers if type(each) in (int, float) and 0 <= each <= _BRIGHTEST]
         if len(finite) == len(numbers):
             return tuple(float(each) for each in finite)
     report(
-        f'effects.{ENVIRONMENT}: must be "picture", the path of an image, or a colour of 1 or 3 numbers from 0 on, '
-        f"got {short(value)}"
+        f'effects.{ENVIRONMENT}: must be "picture", the path of an image, or a colour of 1 or 3 numbers from 0 to '
+        f"{_BRIGHTEST:g}, got {short(value)}"
     )
     return "picture"
 

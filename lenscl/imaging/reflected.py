@@ -8,7 +8,8 @@ Input: what `fresnel = "split"` adds to a map, and the environment. Output: ligh
 - an image is a panorama around the scene, far away: s runs once around the z axis and t from +z down to -z. Its middle
   column lies towards +x, and columns further right towards -y, as one turns right who looks along x with z up.
 
-No lens is met on the way, and nothing is averaged but between samples of the image.
+No lens is met on the way, and nothing is averaged but between samples of the image. The reflection is added to light
+that is multiplied by alpha and leaves alpha as it is: integers show it only where the picture is opaque.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.effects.colours import LUMINANCE
+from lenscl.errors import ImageError
 from lenscl.imaging.dispersed import colours_of, light_from
 from lenscl.imaging.encoding import Encoding, decode
 from lenscl.imaging.read import read_picture
@@ -63,17 +65,24 @@ class Panorama:
         across, down = (column - left)[..., np.newaxis], (row - above)[..., np.newaxis]
         below = np.minimum(above + 1, height - 1)
         upper, lower = (
-            (1.0 - across) * self.light[at, left % width] + across * self.light[at, (left + 1) % width]
-            for at in (above, below)
+            _between(self.light[at, left % width], self.light[at, (left + 1) % width], across) for at in (above, below)
         )
-        mixed: Array = (1.0 - down) * upper + down * lower
-        return mixed
+        return _between(upper, lower, down)
+
+
+def _between(first: Array, second: Array, share: Array) -> Array:
+    """Return what lies so far from one to the other; what has no share in it, NaN too, has none."""
+    mixed: Array = np.where(share < 1.0, (1.0 - share) * first, 0.0) + np.where(share > 0.0, share * second, 0.0)
+    return mixed
 
 
 @lru_cache(maxsize=_KEPT)
 def _light_of(path: str, _stamp: tuple[int, int], colours: int) -> Array:
     """Return an image as light; it is read again where its time of change or its size is another."""
-    image = read_picture(path)
+    try:
+        image = read_picture(path)
+    except ImageError as error:
+        raise ImageError(f"effects.environment: {error}") from error
     light = light_from(image.pixels, image.encoding).astype(np.float64)
     light = light[..., : colours_of(light.shape[-1])]
     if light.shape[-1] > colours:

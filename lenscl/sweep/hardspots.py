@@ -19,10 +19,12 @@ from lenscl.expr import evaluate
 from lenscl.sweep.shapes import shape_spots
 from lenscl.sweep.solids import solid_spots
 from lenscl.sweep.values import value_spots
-from lenscl.tracing import Placement, locate, methods_of
+from lenscl.tracing import Placement, locate, methods_of, reach_of
 
 Points = NDArray[np.float64]
 
+_BENT_TO = "it is seen only if another lens bends light to it"
+_LEFT_OUT = "nor can light that other lenses bend get to it, so that it is left out of the kernel"
 _GRID = 24  # places along each side of a box where two solids are looked for
 _COARSE_RAYS = 2**14  # film rays looked at first; all are, in pieces of this size, where the first decide nothing
 _ON_FILM = 1e-12  # of the film's size: a source so near to its plane lies in it
@@ -91,6 +93,7 @@ def hard_spots(scene: Scene) -> Iterator[HardSpot]:
     yield from _lenses_out_of_the_way(scene, placed)
     yield from _steps_too_long(scene)
     yield from _samples_not_seen(scene)
+    yield from _environment_not_read(scene)
 
 
 def _source_in_a_lens(scene: Scene) -> Iterator[HardSpot]:
@@ -212,7 +215,8 @@ def _picture_out_of_the_way(scene: Scene) -> Iterator[HardSpot]:
 
 
 def _lenses_out_of_the_way(scene: Scene, placed: list[tuple[str, Placement]]) -> Iterator[HardSpot]:
-    for key, lens in placed:
+    reached = reach_of(scene)
+    for number, (key, lens) in enumerate(placed):
         if _is_aimed_at(scene, lens, _every(scene, _COARSE_RAYS)):
             continue
         pixels = scene.film.columns * scene.film.rows
@@ -221,7 +225,7 @@ def _lenses_out_of_the_way(scene: Scene, placed: list[tuple[str, Placement]]) ->
             yield HardSpot(
                 key,
                 "not-aimed-at",
-                "no film ray is aimed at its box; it is seen only if another lens bends light to it",
+                f"no film ray is aimed at its box; {_LEFT_OUT if number not in reached else _BENT_TO}",
             )
 
 
@@ -247,6 +251,13 @@ def _samples_not_seen(scene: Scene) -> Iterator[HardSpot]:
             "not-painted",
             "the picture is painted in the light of effects.caustics, which more rays a film pixel do not change; they "
             "are traced all the same, for maps. For a picture alone take it out; effects.footprint smooths its cells",
+        )
+
+
+def _environment_not_read(scene: Scene) -> Iterator[HardSpot]:
+    if scene.environment != "picture" and scene.effects["fresnel"] != "split":
+        yield HardSpot(
+            "effects.environment", "not-read", 'nothing reflects it; only fresnel = "split" shows what lenses reflect'
         )
 
 

@@ -17,9 +17,8 @@ from lenscl.tracing.numbers import parallel_source
 
 Array = NDArray[np.float64]
 
-_TOGETHER = (
-    2**14
-)  # pixels at a time: vectors take ten times the memory of what comes of them, and should stay in caches
+# Pixels at a time: vectors take ten times the memory of what comes of them, and should stay in caches
+_TOGETHER = 2**14
 _EDGE_ON = 1e-9  # sine of the angle at which a screen is seen: less is as good as none
 
 

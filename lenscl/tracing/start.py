@@ -10,9 +10,7 @@ from lenscl.expr import evaluate, evaluate_with_error, gradient
 from lenscl.tracing.placement import Placement
 
 _NOWHERE = -1
-_PLACING_ROUNDINGS = (
-    8  # roundings in (p - centre) to local: one subtraction, three products, two sums, and the map's own
-)
+_PLACING_ROUNDINGS = 8  # in (p - centre) to local: one subtraction, three products, two sums, and the map's own
 
 
 def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int8], NDArray[np.int8]]:

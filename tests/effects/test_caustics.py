@@ -15,8 +15,9 @@ from scenes import make_scene
 from lenscl import RayStatus, StudyError, trace
 from lenscl.config import Scene
 from lenscl.errors import TraceError
-from lenscl.imaging import light, write_map
+from lenscl.imaging import Picture, light, painter_of, write_map
 from lenscl.imaging.spectrum import spectral_matrices
+from lenscl.sweep import paint_as_told
 from lenscl.tracing import RayMap, caustics, memory
 from lenscl.tracing import trace as traced
 from lenscl.tracing.flux import flux_of_cells, flux_through
@@ -337,3 +338,17 @@ def test_a_lens_of_few_film_pixels_is_not_passed_by(lens: dict[str, Any], column
     coarse, fine = shares(columns), shares(96)
     assert fine.max() > 1e-3
     np.testing.assert_allclose(coarse, fine, rtol=0.25, atol=2e-4)
+
+
+def test_light_beyond_white_is_kept_where_it_is_written_as_light() -> None:
+    """A picture of whole numbers becomes light before it is painted, not after."""
+    near = {"corner": [-1.0, 1.0, -0.9], "right": [2, 0, 0], "down": [0, -2, 0]}
+    found = lit({"surface": "sphere", "r": 0.5}, columns=60, cells=60, picture=near)
+    brightest = float(found.irradiance.max())
+    assert brightest > 3.0
+    white = Picture(np.full((8, 8, 3), 255, np.uint8), "srgb")
+    painted, encoding = paint_as_told(painter_of(found), white, found.scene, "exr")
+    assert encoding == "linear"
+    assert painted.max() == pytest.approx(brightest, rel=1e-2)
+    codes, _ = paint_as_told(painter_of(found), white, found.scene, "png")
+    assert codes.max() == 255

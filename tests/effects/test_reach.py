@@ -14,7 +14,7 @@ from scenes import make_scene
 
 from lenscl import RayStatus, trace, trace_rays
 from lenscl.config import Needs, Scene, study_from_toml
-from lenscl.tracing import kernel_source, reach_of, study_needs, with_needs
+from lenscl.tracing import kernel_source, reach, reach_of, study_needs, with_needs
 
 BALL: dict[str, Any] = {"name": "ball", "surface": "sphere", "r": 0.5}
 STOP: dict[str, Any] = {"name": "stop", "surface": "sphere", "r": 0.1, "absorbs": True}
@@ -107,6 +107,32 @@ def test_rays_that_may_go_anywhere_may_get_anywhere(lens: dict[str, Any]) -> Non
     }
     assert reach_of(scene.replace({"lens.ball.absorbs": True})).keys() == {0}
     assert reach_of(scene.replace({"lens.ball.n": 1.0})).keys() == {0}
+
+
+def test_what_bounds_no_ray_leaves_no_lens_out() -> None:
+    """A solid that is not convex, the paraxial rule, and a film wider than a cone can be, each by itself."""
+    behind = STOP | {"centre": [0.0, 0.0, 7.0]}
+    ends = {"total_reflection": "end"}
+    assert reach_of(make_scene(BALL, behind, effects=ends)).keys() == {0}
+    ring = {"name": "ring", "surface": "torus", "R": 0.4, "r": 0.1}
+    assert reach_of(make_scene(ring, behind, effects=ends)).keys() == {0, 1}
+    assert reach_of(make_scene(BALL, behind, numerics={"snell": "paraxial"})).keys() == {0, 1}
+    wide = {"corner": [-1e4, 1.0, 2.5], "right": [1.0001e4, 0.0, 0.0], "down": [0.0, -2.0, 0.0]}
+    _, angle = reach._directions(make_scene(BALL, film=wide))
+    assert angle < np.pi / 2
+    slanted = {"corner": [-1e4, 1.0, 3.9], "right": [1e4, 0.0, 2.0], "down": [1.0, -1e4, -3.0]}
+    assert reach._directions(make_scene(BALL, film=slanted))[1] <= np.pi
+
+
+@pytest.mark.parametrize(("blue", "red"), [(1.3, 1.0), (1.0, 1.3)])
+@pytest.mark.parametrize("middle", [1.0, 1.01])
+def test_every_wavelength_counts(blue: float, red: float, middle: float) -> None:
+    """A lens that bends nothing at the d line, or hardly, bends other light more."""
+    behind = STOP | {"centre": [-3.0 * sin(radians(40.0)), 0.0, -3.0 * cos(radians(40.0))]}
+    lens = BALL | {"n": {"table": [[430.0, blue], [587.5618, middle], [700.0, red]]}}
+    scene = make_scene(lens, behind, source=PARALLEL, film={"size": [8, 8], "scale": 0.1})
+    assert reach_of(scene).keys() == {0}
+    assert reach_of(scene.replace({"effects.dispersion": 8})).keys() == {0, 1}
 
 
 def test_lens_after_lens_the_cones_grow() -> None:

@@ -14,6 +14,7 @@ from lenscl import RayStatus, paint, scene_from_toml, trace, trace_rays
 from lenscl.config import Scene, study_from_toml
 from lenscl.errors import ImageError, StudyError
 from lenscl.imaging import write_image
+from lenscl.imaging.reflected import Panorama
 from lenscl.tracing import film_rays
 
 Array = NDArray[np.float64]
@@ -164,6 +165,78 @@ def test_a_panorama_is_taken_as_its_file_says(tmp_path: Path) -> None:
         painted.append(paint(trace(scene), np.zeros((2, 2, 3), np.float32)))
     np.testing.assert_allclose(painted[1], painted[0] / 0.5 * ((0.5 + 0.055) / 1.055) ** 2.4, rtol=1e-5)
     assert (painted[0] > 0.01).all()
+
+
+def test_a_panorama_is_mixed_over_its_seam_and_nothing_spreads_that_is_not_mixed_in() -> None:
+    light = np.zeros((4, 8, 1))
+    light[:, 0], light[:, 7], light[2, 3] = 1.0, 0.5, np.nan
+    around = Panorama(light)
+    behind = [-1.0, 0.0, 0.0]  # the seam, half way between the last column and the first
+    assert around.towards(np.array([behind]))[0, 0] == pytest.approx(0.75)
+    assert around.towards(np.array([[-1.0, -1e-12, 0.0]]))[0, 0] == pytest.approx(0.75)  # from its other side
+    light[3] = np.nan
+    ways = np.array([[0.0, 0.0, 1.0], [-1.0, 1e-9, 0.9], [0.0, 0.0, -1.0]])
+    assert np.isfinite(around.towards(ways)[:, 0]).tolist() == [True, True, False]
+    row, column = 1, 3  # the place of a sample is its own alone
+    height, turn = (row + 0.5) / 4 * np.pi, (0.5 - (column + 0.5) / 8) * 2 * np.pi
+    exact = np.array([[np.sin(height) * np.cos(turn), np.sin(height) * np.sin(turn), np.cos(height)]])
+    light[row, column] = 0.25
+    assert around.towards(exact)[0, 0] == pytest.approx(0.25, abs=1e-12)
+
+
+def test_an_environment_of_colours_is_luminance_for_a_grey_picture_and_loses_its_alpha(tmp_path: Path) -> None:
+    colour = np.array([0.9, 0.5, 0.1])
+    luminance = colour @ [0.2126, 0.7152, 0.0722]
+    write_image(tmp_path / "rgba.exr", np.broadcast_to([*colour, 1.0], (2, 4, 4)).astype(np.float32))
+    write_image(tmp_path / "grey.png", np.broadcast_to(np.array([255, 255], np.uint8), (2, 4, 2)))
+    grey = trace(split(BALL, str(tmp_path / "grey.png"), film={"size": [4, 4], "scale": 0.2}))
+    painted = paint(grey, np.zeros((3, 3, 3), np.float32))
+    np.testing.assert_allclose(painted, np.broadcast_to(grey.reflectance[..., None], painted.shape), rtol=1e-5)
+    black = {channels: np.zeros((3, 3, channels), np.float32) for channels in (1, 3)}
+    for environment in (colour.tolist(), str(tmp_path / "rgba.exr")):
+        raymap = trace(split(BALL, environment, film={"size": [4, 4], "scale": 0.2}))
+        share = raymap.reflectance[..., None]
+        np.testing.assert_allclose(paint(raymap, black[1]), share * luminance, rtol=1e-5)
+        np.testing.assert_allclose(paint(raymap, black[3]), share * colour, rtol=1e-5)
+
+
+def test_a_colour_is_decoded_as_the_picture_is() -> None:
+    raymap = trace(split(BALL, [0.5, 0.5, 0.5], film={"size": [4, 4], "scale": 0.2}))
+    painted = paint(raymap, np.zeros((2, 2, 3), np.uint16))  # sRGB, as integers are
+    light = raymap.reflectance[..., None] * ((0.5 + 0.055) / 1.055) ** 2.4
+    codes = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055) * 65535
+    np.testing.assert_allclose(painted, np.broadcast_to(codes, painted.shape), atol=2)
+
+
+def test_an_image_that_has_changed_is_read_again(tmp_path: Path) -> None:
+    seen = []
+    for value in (0.25, 0.5):
+        write_image(tmp_path / "sky.exr", np.full((2, 4 if value == 0.25 else 6, 3), value, np.float32))
+        raymap = trace(split(BALL, str(tmp_path / "sky.exr"), film={"size": [4, 4], "scale": 0.2}))
+        seen.append(paint(raymap, np.zeros((2, 2, 3), np.float32)))
+    np.testing.assert_allclose(seen[1], 2 * seen[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("precision", ["single", "double"])
+def test_no_share_is_below_0(precision: str) -> None:
+    raymap = trace(split({**BALL, "n": 1.00001}, numerics={"precision": precision}))
+    assert raymap.reflectance.min() == 0.0
+
+
+@pytest.mark.parametrize("environment", ["picture", "around.png"])
+def test_nothing_is_reflected_off_what_is_opaque_or_reflects_totally(environment: str) -> None:
+    """Not only is the share 0: there is no place, and no direction."""
+    for lens, medium, status in (
+        (BALL | {"absorbs": True}, 1.0, RayStatus.BLOCKED),
+        (BALL | {"n": 1.0}, 1.5, RayStatus.TOTAL_REFLECTION),
+    ):
+        raymap = trace(split(lens, environment, medium=medium, effects={"total_reflection": "end"}))
+        ended = raymap.status == status
+        assert ended.sum() > 50
+        follows = trace(raymap.scene.replace({"effects.total_reflection": "follow"}))
+        for each in (raymap, follows):
+            gone = each.reflected_st[ended] if environment == "picture" else each.reflected[ended]
+            assert (gone == (-1.0 if environment == "picture" else 0.0)).all()
 
 
 def test_samples_of_a_pixel_reflect_each_for_itself() -> None:

@@ -82,3 +82,25 @@ def test_set_and_axes_seek_it_from_the_studys_folder_too(split_path: Path, monke
     assert shown == [str(Path("study") / "sky.png"), night, "picture"]
     held = study.with_overrides({"effects.environment": "night.png"})
     assert {point.scene.environment for point in held.points()} == {night}
+
+
+def test_check_and_errors_name_the_key(split_path: Path) -> None:
+    from click.testing import CliRunner
+
+    from lenscl.cli import main
+
+    def check() -> tuple[int, str]:
+        result = CliRunner().invoke(main, ["check", str(split_path)])
+        return result.exit_code, result.stdout
+
+    code, text = check()
+    assert code == 0
+    assert "sky.png  8 x 4" in text
+    (split_path.parent / "sky.png").write_bytes(b"no picture")
+    code, text = check()
+    assert code == 3
+    assert "effects.environment: " in text
+    assert "UNREADABLE" in text
+    assert all(row.error.startswith("effects.environment: ") for row in sweep(split_path))
+    split_path.write_text(split_path.read_text().replace('fresnel = "split"', "fresnel = true"))
+    assert 'nothing reflects it; only fresnel = "split"' in check()[1]
