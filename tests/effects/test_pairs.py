@@ -76,7 +76,12 @@ def test_the_rows_hold_every_pair_of_values() -> None:
 
 @pytest.mark.parametrize("precision", ["single", "double"])
 @pytest.mark.parametrize("row", covering(), ids=lambda row: "-".join(str(value) for value in row.values()))
-def test_effects_run_together_add_what_they_say_and_observers_move_no_ray(row: Row, precision: str) -> None:
+def test_effects_run_together_add_what_they_say_and_observers_move_no_ray(
+    row: Row, precision: str, request: pytest.FixtureRequest
+) -> None:
+    """Every other row is optimised in single, the rest in double: where more is asked a compiler may do otherwise."""
+    if (covering().index(row) % 2 == 0) == (precision == "single"):
+        request.getfixturevalue("plain_kernels")
     raymap = trace(scene_of(row, precision))
     assert raymap.added.keys() == set().union(*(ADDS.get(item, set()) for item in row.items()))
     layers = len(raymap.wavelengths) if row["dispersion"] is not False else 0
