@@ -230,7 +230,7 @@ class Job:
             if methods_now == source.methods:
                 return None
             assert structure is not None
-            structure = replace(structure, methods=methods_now)
+            structure = replace(structure, lenses=source.lenses, methods=methods_now)  # no others are in reach now
         return None if structure is None else Job(scene, codegen.kernel_source(structure), self.device, self.kind)
 
     def result(self, ends: dict[str, NDArray[Any]], *shape: int) -> dict[str, Any]:

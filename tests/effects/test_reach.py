@@ -147,6 +147,18 @@ def test_lens_after_lens_the_cones_grow() -> None:
     assert reach_of(make_scene(balls[0], balls[2], source=PARALLEL, film=narrow)).keys() == {0}
 
 
+def test_rays_left_undecided_are_traced_again_without_it() -> None:
+    """Rays along the axis of a bifolia touch it where double cannot tell; twice its digits are asked for."""
+    bifolia = {"name": "near", "surface": "bifolia", "absorbs": True}
+    film = {"centre": [0.0, 0.0, 2.5], "right": [1e-9, 0.0, 0.0], "down": [0.0, -1e-9, 0.0], "size": [9, 9]}
+    scene = make_scene(bifolia, STOP | {"centre": [9.0, 0.0, 0.0]}, source=PARALLEL, film=film)
+    assert reach_of(scene).keys() == {0}
+    bare, forced = trace(scene), trace(with_all(scene))
+    assert bare.escalated > 0
+    for name in ("st", "status", "events"):
+        np.testing.assert_array_equal(getattr(bare, name), getattr(forced, name))
+
+
 def test_where_nothing_is_reached_every_lens_stays() -> None:
     scene = make_scene(BALL | {"centre": [9.0, 0.0, 0.0]}, STOP | {"centre": [9.0, 3.0, 0.0]})
     assert reach_of(scene).keys() == {0, 1}
