@@ -17,13 +17,28 @@ REALS: dict[str, Any] = {"single": np.float32, "double": np.float64}
 FORMS = [(p, w) for p, widths in (("single", (1, 4, 8, 16, 32)), ("double", (1, 2, 8, 16))) for w in widths]
 
 
+PLAIN = ("-cl-opt-disable",)
+
+
+def of_width(here: device.Device, single: int, double: int) -> device.Device:
+    """Return a device with packets of other widths."""
+    options = (*here.build_options, *_quiet(here, single, double))
+    return replace(here, widths=(single, double), build_options=options)
+
+
+def _quiet(here: device.Device, single: int, double: int) -> tuple[str, ...]:
+    """Return the options for packets wider than a device's own.
+
+    Clang warns of vectors wider than the registers, for code compiled for wider registers takes them another way; all
+    that a kernel calls is compiled for the same.
+    """
+    return ("-w",) if single > here.widths[0] or double > here.widths[1] else ()
+
+
 @cache
 def device_of_width(single: int, double: int) -> device.Device:
     """Return this machine's device with packets of other widths: the same one each time, with what it has built."""
-    return replace(device.choose(), widths=(single, double))
-
-
-PLAIN = ("-cl-opt-disable",)
+    return of_width(device.choose(), single, double)
 
 
 @cache
@@ -32,8 +47,8 @@ def plain_device(width: int = 4) -> device.Device:
 
     For tests of what is done with a kernel's answers, or of what its text says; not of what a compiler makes of it.
     """
-    here = device.choose()
-    return replace(here, widths=(width, width), build_options=(*here.build_options, *PLAIN))
+    here = of_width(device.choose(), width, width)
+    return replace(here, build_options=(*here.build_options, *PLAIN))
 
 
 @dataclass(frozen=True)
@@ -80,7 +95,9 @@ class Probe:
                 "}",
             ]
         )
-        return device.choose().build(text, options=PLAIN if self.is_plain else (), kind="probe")
+        here = device.choose()
+        options = (*(PLAIN if self.is_plain else ()), *_quiet(here, self.width, self.width))
+        return here.build(text, options=options, kind="probe")
 
     def __call__(self, *columns: ArrayLike) -> NDArray[np.float64]:
         """Return shape (N, outputs) for inputs of N numbers each; N is padded to whole packets."""

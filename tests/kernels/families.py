@@ -10,6 +10,7 @@ from itertools import combinations, count, islice
 from typing import Any, Literal, get_args, get_type_hints
 
 import numpy as np
+from probe import of_width
 from scenes import make_scene
 
 from lenscl import codegen, methods
@@ -145,7 +146,7 @@ def scene_of(family: Family) -> Scene:
 
 def ends_of(family: Family, here: Device) -> dict[str, Any]:
     """Trace a family's film on a device of any width; what is left undecided is not traced again."""
-    here = replace(here, widths=(family.width, family.width))
+    here = of_width(here, family.width, family.width)
     scene = scene_of(family)
     structure = structure_of(scene, family.rays, family.ends, here)
     structure = replace(structure, counts=family.counts == "counted")

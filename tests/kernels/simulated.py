@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from kernels.families import Family, all_pairs, each_once, ends_of
 from methods.searches import Search, box_rays
-from probe import FORMS
+from probe import FORMS, of_width
 from scenes import make_scene
 
 import lenscl
@@ -109,7 +109,7 @@ def run_wavelengths(here: Device) -> None:
     """Trace wavelengths, of each of which rays are put aside and carried on."""
     lens = {"surface": "ellipsoid", "a": 1.0, "b": 0.8, "c": 0.6, "n": "SF11"}
     scene = make_scene(lens, film={"size": [7, 31]}, effects={"dispersion": 3})
-    job = Job.prepare(scene, "point", "map", None, "single", replace(here, widths=(4, 4)))
+    job = Job.prepare(scene, "point", "map", None, "single", of_width(here, 4, 4))
     aside: list[int] = []
     places = Parking.places
     Parking.places = lambda self: (found := places(self), aside.extend(map(len, found)))[0]  # type: ignore[method-assign]
@@ -151,7 +151,7 @@ def main(some: bool) -> None:
     for source in (None, {"kind": "parallel", "direction": [0.0, 0.0, -1.0]}):
         scene = make_scene({"surface": "heart"}, film={"size": [5, 3]}, source=source)
         say(f"trace: {scene.source}")
-        raymap = lenscl.trace(scene, precision="single", device=replace(here, widths=(4, 4)))
+        raymap = lenscl.trace(scene, precision="single", device=of_width(here, 4, 4))
         assert raymap.origin.shape == (3, 5, 3)
     run_wavelengths(here)
     run_painting(here, some)

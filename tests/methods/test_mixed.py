@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from probe import device_of_width
 from scenes import make_scene
 from thinned import thinned
 
 from lenscl import RayStatus, codegen, trace
 from lenscl.codegen import fragment
 from lenscl.config import Scene
-from lenscl.device import choose
 from lenscl.tracing import kernel_source
 
 BOUNDS = [[-1.2] * 3, [1.2] * 3]
@@ -59,7 +59,7 @@ def test_mixed_meets_what_double_meets_and_is_as_exact(name: str, method: str) -
 
 @pytest.mark.parametrize("width", [1, 2, 8])
 def test_every_width_finds_the_same(width: int) -> None:
-    narrow = replace(choose(), widths=(width, width))
+    narrow = device_of_width(width, width)
     for name in ("torus", "heart"):
         here = trace(scene_of(name, precision="mixed"), device=narrow)
         best = trace(scene_of(name, precision="mixed"))

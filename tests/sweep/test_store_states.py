@@ -39,6 +39,7 @@ from lenscl.sweep.store import STORE_NAME, Planned, Stamp, Store
 POINTS = 4
 KEYS = ("first", "second")  # of what an output depends on: a study changed, and changed back
 runs_of_points = st.tuples(st.integers(0, POINTS - 1), st.sampled_from(KEYS))
+harms = st.sampled_from(["gone", "longer", "other"])
 works = st.lists(runs_of_points, min_size=2, max_size=POINTS, unique_by=lambda each: each[0])
 
 
@@ -156,11 +157,12 @@ class Sweeping(RuleBasedStateMachine):
     # --- what may happen to a sweep at work ---
 
     @precondition(lambda self: self.store is not None and self.model.pending())
-    @rule(data=st.data())
-    def finish(self, data: Any) -> None:
-        output = data.draw(st.sampled_from(self.store_pending()))
-        self.write(output)
-        self.note(output)
+    @rule(data=st.data(), several=st.integers(1, POINTS))
+    def finish(self, data: Any, several: int) -> None:
+        for _ in range(min(several, len(self.store_pending()))):
+            output = data.draw(st.sampled_from(self.store_pending()))
+            self.write(output)
+            self.note(output)
 
     @precondition(lambda self: self.store is not None and self.model.pending())
     @rule(data=st.data())
@@ -200,7 +202,7 @@ class Sweeping(RuleBasedStateMachine):
     # --- what may happen between two sweeps ---
 
     @precondition(lambda self: self.store is None)
-    @rule(work=st.none() | works, fresh=st.sampled_from([False, False, True]))
+    @rule(work=st.none() | works, fresh=st.sampled_from([False] * 5 + [True]))
     def again(self, work: list[tuple[int, str]] | None, fresh: bool) -> None:
         """Run the same study again, or a changed one."""
         self.happens("begun anew" if fresh else "gone on")
@@ -226,12 +228,11 @@ class Sweeping(RuleBasedStateMachine):
         with pytest.raises(_KilledError):
             store.plan(runs(), {"title": "another"})
 
-    @precondition(lambda self: any(each.state == "done" for each in self.model.known.values()))
-    @rule(data=st.data(), kind=st.sampled_from(["gone", "longer", "other"]))
+    @precondition(lambda self: self.done())
+    @rule(data=st.data(), kind=harms)
     def harm(self, data: Any, kind: str) -> None:
         """Somebody removes an output, or puts another file in its place, also while a sweep is at work."""
-        done = sorted(output for output, each in self.model.known.items() if each.state == "done")
-        path = self.folder / data.draw(st.sampled_from(done))
+        path = self.folder / data.draw(st.sampled_from(self.done()))
         if not path.exists():
             return
         if kind == "gone":
@@ -240,7 +241,17 @@ class Sweeping(RuleBasedStateMachine):
             path.write_bytes(path.read_bytes() + b"." if kind == "longer" else path.read_bytes()[::-1])
         self.happens(kind)
 
+    @precondition(lambda self: self.store is None and self.done())
+    @rule(data=st.data(), kind=harms)
+    def go_on_after_harm(self, data: Any, kind: str) -> None:
+        """Run the same study again, as it was left."""
+        self.harm(data, kind)
+        self.again(None, fresh=False)
+
     # --- what a sweep does to one output ---
+
+    def done(self) -> list[str]:
+        return sorted(output for output, each in self.model.known.items() if each.state == "done")
 
     def store_pending(self) -> list[str]:
         """Return what the store says is to be done: never what was done already."""
@@ -296,7 +307,7 @@ def test_nothing_is_lost_and_nothing_made_twice_whatever_happens_to_a_sweep() ->
     run_state_machine_as_test(Sweeping, settings=COURSES)
     for what in ("killed before noting", "killed while writing", "killed at rest", "killed while planning",
                  "begun anew", "gone on", "gone", "longer", "other", "kept"):  # fmt: skip
-        assert Sweeping.seen[what] >= 5, what
+        assert Sweeping.seen[what] >= 3, what  # 7 and more in 20 draws at random
 
 
 def forgets_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -366,6 +377,6 @@ def commits_when_it_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
 )
 def test_a_broken_store_is_caught(breaks: Breaks, monkeypatch: pytest.MonkeyPatch) -> None:
     breaks(monkeypatch)
-    found = settings(COURSES, phases=[Phase.generate], report_multiple_bugs=False)
+    found = settings(COURSES, max_examples=400, phases=[Phase.generate], report_multiple_bugs=False)
     with pytest.raises((AssertionError, sqlite3.Error, SweepError)):
         run_state_machine_as_test(Sweeping, settings=found)
