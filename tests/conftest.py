@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 from hypothesis import HealthCheck, settings
-from probe import device_of_width, plain_device
+from probe import plain_device, users_device
 
 from lenscl import device
 
@@ -33,34 +33,28 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 @pytest.fixture(scope="session", autouse=True)
-def few_lanes() -> Iterator[None]:
-    """Let the device that is chosen unasked take packets of 4 rays in single and 2 in double.
+def plain_kernels() -> Iterator[None]:
+    """Let the device that is chosen unasked be one that compiles fast; see `plain_device`.
 
-    Such kernels compile in two thirds of the time, optimised as ever. Packets of every width have tests of their own,
-    which choose them; what is to be as wide as users have it is marked `users_widths`.
+    Nearly all of the tests' time is compiling. What a compiler makes of kernels is tested where devices are named, or
+    where a module or a test is marked `users_kernels`: the hard cases, the laws of physics, packets of every width.
     """
-    with _chosen_unasked(device_of_width(4, 2)):
+    users_device()  # looked up before another takes its place
+    with _chosen_unasked(plain_device()):
         yield
 
 
 @pytest.fixture(scope="module", autouse=True)
-def module_widths(request: pytest.FixtureRequest) -> Iterator[None]:
+def module_kernels(request: pytest.FixtureRequest) -> Iterator[None]:
     """Give a module that is marked so, with its own fixtures, the devices as users have them."""
     with _as_marked(request.node):
         yield
 
 
 @pytest.fixture(autouse=True)
-def test_widths(request: pytest.FixtureRequest, module_widths: None) -> Iterator[None]:
+def test_kernels(request: pytest.FixtureRequest) -> Iterator[None]:
     """Give a test that is marked so the devices as users have them."""
     with _as_marked(request.node):
-        yield
-
-
-@pytest.fixture
-def plain_kernels(test_widths: None) -> Iterator[None]:
-    """Let the device that is chosen unasked be one that compiles fast; see `plain_device`."""
-    with _chosen_unasked(plain_device()):
         yield
 
 
@@ -69,7 +63,7 @@ _users_devices = sys.modules["lenscl.device.choose"]._devices
 
 @contextmanager
 def _as_marked(node: pytest.Item) -> Iterator[None]:
-    if not node.get_closest_marker("users_widths"):
+    if not node.get_closest_marker("users_kernels"):
         yield
         return
     with pytest.MonkeyPatch.context() as patched:

@@ -22,11 +22,11 @@ PLAIN = ("-cl-opt-disable",)
 
 def of_width(here: device.Device, single: int, double: int) -> device.Device:
     """Return a device with packets of other widths."""
-    options = (*here.build_options, *_quiet(here, single, double))
+    options = (*here.build_options, *quiet(here, single, double))
     return replace(here, widths=(single, double), build_options=options)
 
 
-def _quiet(here: device.Device, single: int, double: int) -> tuple[str, ...]:
+def quiet(here: device.Device, single: int, double: int) -> tuple[str, ...]:
     """Return the options for packets wider than a device's own.
 
     Clang warns of vectors wider than the registers, for code compiled for wider registers takes them another way; all
@@ -36,18 +36,25 @@ def _quiet(here: device.Device, single: int, double: int) -> tuple[str, ...]:
 
 
 @cache
-def device_of_width(single: int, double: int) -> device.Device:
-    """Return this machine's device with packets of other widths: the same one each time, with what it has built."""
-    return of_width(device.choose(), single, double)
+def users_device() -> device.Device:
+    """Return the device that is chosen unasked outside tests; see `conftest.plain_kernels`."""
+    return device.choose()
 
 
 @cache
-def plain_device(width: int = 4) -> device.Device:
+def optimised_device(single: int, double: int) -> device.Device:
+    """Return this machine's device with packets of other widths: the same one each time, with what it has built."""
+    return of_width(users_device(), single, double)
+
+
+@cache
+def plain_device(single: int = 4, double: int | None = None) -> device.Device:
     """Return this machine's device as it compiles in a fourth of the time: few lanes, and nothing optimised.
 
-    For tests of what is done with a kernel's answers, or of what its text says; not of what a compiler makes of it.
+    What is optimised ends alike (see kernels/test_determinism.py). Packets in double are as wide as in single unless
+    told.
     """
-    here = of_width(device.choose(), width, width)
+    here = optimised_device(single, single if double is None else double)
     return replace(here, build_options=(*here.build_options, *PLAIN))
 
 
@@ -95,13 +102,13 @@ class Probe:
                 "}",
             ]
         )
-        here = device.choose()
-        options = (*(PLAIN if self.is_plain else ()), *_quiet(here, self.width, self.width))
+        here = users_device()
+        options = (*(PLAIN if self.is_plain else ()), *quiet(here, self.width, self.width))
         return here.build(text, options=options, kind="probe")
 
     def __call__(self, *columns: ArrayLike) -> NDArray[np.float64]:
         """Return shape (N, outputs) for inputs of N numbers each; N is padded to whole packets."""
-        here = device.choose()
+        here = users_device()
         dtype = REALS[self.precision]
         rows = np.stack(np.broadcast_arrays(*columns), axis=-1).reshape(-1, self.inputs)
         count = len(rows)

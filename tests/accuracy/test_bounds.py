@@ -41,7 +41,6 @@ def judged(places: Places, found: Any, by: float = 1.0, off: float = 0.0) -> np.
     return error[lands] / (by * places.bound[lands])
 
 
-@pytest.mark.users_widths  # as what the module holds them against was traced
 def test_every_bound_holds_whatever_the_precision(certified, request: pytest.FixtureRequest) -> None:
     for precision in PRECISIONS:
         is_whole = precision != "mixed" or request.config.getoption("--slow")

@@ -20,7 +20,6 @@ from lenscl.config.scene import Frozen
 from lenscl.device import choose
 from lenscl.tracing import RayMap, trace
 
-pytestmark = pytest.mark.usefixtures("plain_kernels")  # what is made of their answers is tested here
 FILM = {"size": [24, 20]}
 
 

@@ -22,7 +22,6 @@ from lenscl.tracing import Placement
 
 POLYNOMIAL = ("sphere", "ellipsoid", "torus", "heart", "bifolia", "barth_sextic", "rod")
 SOME = 3
-plain = pytest.mark.usefixtures("plain_kernels")  # where what a path tells is tested, not how exactly
 
 
 def lens(name: str, **changes: Any) -> dict[str, Any]:
@@ -128,7 +127,6 @@ def crossing_between(scene: Scene, path: RayPath, ends: tuple[Fraction, Fraction
     return certified.first_root(expression, lens.values, start, along.tolist(), high - low).crossing
 
 
-@plain
 @pytest.mark.parametrize("precision", ["single", "double"])
 def test_the_certified_root_lies_in_the_bracket_and_not_beside_it(
     precision: str, request: pytest.FixtureRequest
@@ -168,7 +166,6 @@ def test_a_ray_that_single_leaves_undecided_is_shown_in_double_as_a_map_has_it()
     assert first.growth > 1e3  # it grazes
 
 
-@plain
 def test_a_ray_that_only_the_last_resort_decides_says_so_and_one_that_nothing_does_is_undecided() -> None:
     path = explain_pixel(one_ray(0.75 - 1e-14), 0, 0)
     assert (path.last_resort, path.events, path.total) == (True, (), 2)
@@ -190,7 +187,6 @@ def test_a_ray_past_every_lens_has_no_events_and_its_place() -> None:
     assert path.growth == pytest.approx(max(path.last / 6, path.reach / 6) * math.sqrt(2), rel=0.3)
 
 
-@plain
 def test_the_pixel_is_of_the_picture_that_is_named_and_none_beside_it() -> None:
     scene = one_ray(1.5, picture={"size": [30, 20]})
     assert explain_pixel(scene, 0, 0).pixel == (10, 22)
@@ -200,7 +196,6 @@ def test_the_pixel_is_of_the_picture_that_is_named_and_none_beside_it() -> None:
     assert beside.st is not None
 
 
-@plain
 def test_rays_that_are_stopped_say_how() -> None:
     trapped = explain_pixel(one_ray(0.3, numerics={"max_events": 1}), 0, 0)
     assert (trapped.status, trapped.total, trapped.st, trapped.last) == (RayStatus.TRAPPED, 1, None, None)
@@ -213,7 +208,6 @@ def test_rays_that_are_stopped_say_how() -> None:
     assert only.margin < 0
 
 
-@plain
 def test_a_start_inside_leaves_first_and_one_on_the_surface_goes_where_it_is_directed() -> None:
     def start(z: float) -> RayPath:
         source = {"kind": "point", "at": [0.0, 0.0, z]}
@@ -227,7 +221,6 @@ def test_a_start_inside_leaves_first_and_one_on_the_surface_goes_where_it_is_dir
     assert (leaving.inside, leaving.events) == (None, ())
 
 
-@plain
 def test_each_event_names_its_lens_and_on_an_edge_the_face_that_bends() -> None:
     rod = {"name": "stick", "surface": "rod", "centre": [0.0, 0.0, 1.0]}
     ball = {"name": "ball", "surface": "sphere", "r": 0.5, "centre": [0.0, 0.0, -1.0]}
@@ -244,7 +237,6 @@ def test_each_event_names_its_lens_and_on_an_edge_the_face_that_bends() -> None:
         assert first.behind == pytest.approx(math.degrees(math.asin(math.sqrt(0.5) / 1.5)), abs=1e-9)
 
 
-@plain
 def test_at_a_point_without_a_normal_the_ray_is_undecided_and_shows_no_event_there() -> None:
     path = explain_pixel(one_ray(0.0, "cone", lens={}), 0, 0)  # along its axis, at its tip
     assert (path.status, path.events, path.growth, path.last_resort) == (RayStatus.UNDECIDED, (), None, False)
@@ -261,7 +253,6 @@ def test_far_from_the_origin_what_rounding_leaves_unknown_is_none_and_all_is_sti
     assert any(event.allowed is None for event in path.events)
 
 
-@plain
 def test_the_paraxial_rule_is_held_against_the_exact_law() -> None:
     path = explain_pixel(one_ray(0.4, numerics={"snell": "paraxial"}), 0, 0)
     assert path.proof is not None
@@ -272,7 +263,6 @@ def test_the_paraxial_rule_is_held_against_the_exact_law() -> None:
     assert path.events[0].behind == pytest.approx(math.degrees(math.atan(tangent_inside)), abs=1e-9)
 
 
-@plain
 def test_without_python_flint_nothing_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "flint", None)
     path = explain_pixel(one_ray(0.3), 0, 0)
@@ -280,7 +270,6 @@ def test_without_python_flint_nothing_is_proved(monkeypatch: pytest.MonkeyPatch)
     assert path.as_json()["proof"] is None
 
 
-@plain
 def test_what_cannot_be_explained_is_refused_or_said() -> None:
     scene = make_scene({"surface": "sphere", "r": 0.5}, film={"centre": [0, 0, 4.0], "size": [5, 3]})
     for row, column in ((3, 0), (0, 5), (-1, 0), (0, -1)):
@@ -292,7 +281,6 @@ def test_what_cannot_be_explained_is_refused_or_said() -> None:
     assert (on_source.status, on_source.direction, on_source.total) == (RayStatus.UNDECIDED, (0.0, 0.0, 0.0), 0)
 
 
-@plain
 @pytest.mark.parametrize("name", ["torus", "cone", "superellipsoid"])
 def test_a_path_is_plain_json_of_all_its_values(name: str) -> None:
     scene = make_scene(lens(name))

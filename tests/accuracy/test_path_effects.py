@@ -13,8 +13,6 @@ from lenscl import trace
 from lenscl.accuracy.path import Event, explain_pixel
 from lenscl.config import Scene
 
-pytestmark = pytest.mark.usefixtures("plain_kernels")
-
 TORUS: dict[str, Any] = {"surface": "torus", "rotate": [70.0, 0.0, 0.0], "absorption": [0.5, 1.0, 0.0]}
 N, MEDIUM = 1.5, 1.1
 

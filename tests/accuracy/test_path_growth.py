@@ -15,7 +15,6 @@ from lenscl.device import choose
 from lenscl.reference.oracle import prove_rays
 from lenscl.tracing import Follower
 
-pytestmark = pytest.mark.usefixtures("plain_kernels")  # what is made of their answers is tested here
 Array = Any
 SURFACES = ("sphere", "torus", "heart", "bifolia", "superellipsoid", "cone", "conic_singlet")
 SOME = 4

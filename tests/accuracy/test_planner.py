@@ -27,7 +27,6 @@ from lenscl.errors import StudyError
 from lenscl.lenses import catalogue
 from lenscl.tracing import RayMap, trace
 
-pytestmark = pytest.mark.usefixtures("plain_kernels")  # what is made of their answers is tested here
 COSTS = {"single": 1e6, "mixed": 1.5e6, "double": 2e6}  # ns: whatever is really timed beside them is less
 FACTORS = {"polynomial": 1.0, "guarded": 1.1, "interval": 1.5, "auto": 1.0}
 STEPS = 0.4  # a march costs so much a step through the lens, times the precision's cost

@@ -14,7 +14,7 @@ from lenscl.accuracy.bench.frozen import frozen_key
 from lenscl.device import choose
 from lenscl.tracing import count_steps
 
-pytestmark = pytest.mark.users_widths  # as the bench of a module is
+pytestmark = pytest.mark.users_kernels  # as the bench of a module is
 
 SCENE = make_scene({"surface": "torus", "R": 0.7, "r": 0.25}, film={"size": [40, 30]})
 

@@ -16,7 +16,6 @@ from lenscl.accuracy import Combination
 from lenscl.accuracy.path import explain_pixel
 from lenscl.config import Scene, load_study
 
-pytestmark = pytest.mark.usefixtures("plain_kernels")  # what is made of their answers is tested here
 WIDTH = 100
 TANGENT = """
 source = { kind = "parallel", direction = [0.0, 0.0, -1.0] }

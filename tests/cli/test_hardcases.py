@@ -12,8 +12,6 @@ from lenscl.cli import main
 from lenscl.cli.hardcases import _METHODS, _PRECISIONS
 from lenscl.methods import METHODS
 
-pytestmark = pytest.mark.usefixtures("plain_kernels")  # what is made of their answers is tested here
-
 
 def run(*arguments: str) -> tuple[int, str, str]:
     result = CliRunner().invoke(main, ["hardcases", *arguments])

@@ -15,7 +15,6 @@ from lenscl.accuracy import Combination, front
 from lenscl.imaging import read_picture
 from lenscl.views import front_plot
 
-pytestmark = pytest.mark.usefixtures("plain_kernels")  # what is made of their answers is tested here
 Run = Callable[..., Result]
 FEW = [
     Combination(method="polynomial", precision="single"),

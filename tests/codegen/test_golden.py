@@ -20,7 +20,7 @@ from lenscl.device import choose
 from lenscl.effects import EFFECTS
 from lenscl.tracing import kernel_source as source_of
 
-pytestmark = pytest.mark.users_widths
+pytestmark = pytest.mark.users_kernels
 
 GOLDEN = Path(__file__).parent.parent / "golden"
 BOUNDS = [[-1.2] * 3, [1.2] * 3]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from probe import FORMS, device_of_width
+from probe import FORMS, plain_device
 from scenes import CATALOGUE, make_scene
 
 from lenscl import compile_count, trace
@@ -115,7 +115,7 @@ def test_every_form_of_the_kernel_compiles_and_traces_alike(
 ) -> None:
     """Kinds of rays, Snell's rule and effects: every two for one lane of double and 4 of single, else each once."""
     is_whole = request.config.getoption("--slow")
-    device, narrow = device_of_width(width, width), device_of_width(1, 1)
+    device, narrow = plain_device(width, width), plain_device(1, 1)
     traced = 0
     forms = EACH_TWO if (precision, width) in (("double", 1), ("single", 4)) else EACH_ONE
     if is_whole:

@@ -8,7 +8,7 @@ import pytest
 from lenscl.device import choose, environment
 from lenscl.errors import NoDeviceError
 
-pytestmark = pytest.mark.users_widths
+pytestmark = pytest.mark.users_kernels
 
 choosing = sys.modules["lenscl.device.choose"]
 

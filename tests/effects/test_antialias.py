@@ -20,7 +20,6 @@ from lenscl.tracing import RayMap, Samples, job, samples
 from lenscl.tracing.samples import edges, finer
 
 SIZE = (21, 15)
-pytestmark = pytest.mark.usefixtures("plain_kernels")
 
 
 def torus(asked: Any, precision: str = "double", **more: Any) -> Scene:

@@ -23,7 +23,6 @@ from lenscl.tracing import trace as traced
 from lenscl.tracing.flux import flux_of_cells, flux_through
 from lenscl.tracing.samples import finer
 
-pytestmark = pytest.mark.usefixtures("plain_kernels")
 AWAY = {"surface": "sphere", "centre": [50.0, 0.0, 0.0]}
 PARALLEL = {"kind": "parallel", "direction": [0.0, 0.0, -1.0]}
 SLANTED = {"kind": "parallel", "direction": [0.3, -0.2, -1.0]}

@@ -15,7 +15,6 @@ from lenscl.imaging import light, write_map
 from lenscl.imaging.spectrum import spectral_matrices
 from lenscl.tracing import RayMap
 
-pytestmark = pytest.mark.usefixtures("plain_kernels")
 ABSORBS = (0.2, 0.8, 2.5)
 CELLS = (22, 18)
 

@@ -14,7 +14,6 @@ from lenscl.config import Scene
 from lenscl.effects.colours import LUMINANCE
 from lenscl.tracing import Caustic, RayMap, tubes
 
-pytestmark = pytest.mark.usefixtures("plain_kernels")
 SOURCE = np.array([0.0, 0.0, 4.0])
 NEAR = {"corner": [-1.0, 1.0, -2.5], "right": [2.0, 0.0, 0.0], "down": [0.0, -2.0, 0.0]}
 SLAB = {

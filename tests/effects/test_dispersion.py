@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from faults_in_kernels import Fault, broken
 from numpy.typing import NDArray
+from probe import plain_device
 from scenes import make_scene
 
 from lenscl import RayStatus, StudyError, reference, trace, trace_rays
@@ -73,12 +74,13 @@ def test_every_wavelength_is_traced_as_if_it_were_alone(lens: dict[str, Any], pa
 
 def test_films_larger_than_a_tile_have_a_tile_for_all_wavelengths(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = dispersive({"surface": "prism", "n": "F2"}, 7)
-    whole = trace(scene)
+    narrow = plain_device(2)  # packets that put no ray aside, for which there are launches of their own
+    whole = trace(scene, device=narrow)
     launches = []
     real = job.Job._launch
     monkeypatch.setattr(job.Job, "_launch", lambda *a: (launches.append(a[1][3]), real(*a))[1])
     monkeypatch.setattr(job, "_TILE_PIXELS", 7 * 80)
-    tiled = trace(scene)
+    tiled = trace(scene, device=narrow)
     assert launches == [74] * 14 + [37]  # two rows of 37, and the last
     for name in ("st", "status", "events"):
         np.testing.assert_array_equal(getattr(tiled, name), getattr(whole, name))

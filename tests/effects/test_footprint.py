@@ -9,7 +9,7 @@ import pytest
 from effects.slopes import slopes
 from faults_in_kernels import Fault, broken
 from numpy.typing import NDArray
-from probe import FORMS, device_of_width, plain_device
+from probe import FORMS, optimised_device, plain_device
 from scenes import CATALOGUE, make_scene
 from thinned import thinned
 
@@ -88,7 +88,6 @@ def compared(scene: Scene, believed: float = 1e-7) -> tuple[NDArray[Any], NDArra
     return apart / np.abs(true.jacobian[told]).max(axis=(1, 2)), raymap.events.ravel()[told]
 
 
-@pytest.mark.usefixtures("plain_kernels")
 @pytest.mark.parametrize("name", thinned(SCENES, ALWAYS))
 def test_it_is_the_derivative_of_the_map(name: str) -> None:
     _, _, fewest, paths = SCENES[name]
@@ -130,7 +129,7 @@ def test_it_only_observes(name: str, precision: str) -> None:
 def test_packets_of_every_width_carry_it(precision: str, width: int) -> None:
     scene = make_scene({"surface": "torus", **PLACED}, effects={"footprint": True}, film={"size": [37, 5]},
                        numerics={"precision": precision})  # fmt: skip
-    found, plain = (trace(scene, device=each) for each in (device_of_width(width, width), plain_device()))
+    found, plain = (trace(scene, device=each) for each in (optimised_device(width, width), plain_device()))
     assert (found.events > 0).sum() > 20
     close = {"single": 2e-4, "double": 1e-12}[precision]
     size = np.abs(plain.jacobian).max(axis=(2, 3), keepdims=True) + 1e-30
@@ -153,7 +152,6 @@ BROKEN = (
 )  # fmt: skip
 
 
-@pytest.mark.usefixtures("plain_kernels")
 @pytest.mark.parametrize("fault", BROKEN, ids=lambda fault: fault.name)
 def test_a_broken_formula_is_seen(fault: Fault) -> None:
     with broken(fault):
@@ -162,7 +160,6 @@ def test_a_broken_formula_is_seen(fault: Fault) -> None:
     assert np.median(off) > 1e-3
 
 
-@pytest.mark.usefixtures("plain_kernels")
 def test_reflections_are_seen_to_be_broken_too() -> None:
     name, file = "mirrored without the normal's turn", "effects/footprint.cl"
     fault = Fault(name, file, "n_change, (realv)-2 * dot3(d, n)", "n_change, (realv)0")
@@ -253,7 +250,6 @@ HOSTILE: dict[str, Scene] = {
 }  # fmt: skip
 
 
-@pytest.mark.usefixtures("plain_kernels")
 @pytest.mark.parametrize("precision", ["single", "double"])
 @pytest.mark.parametrize("name", HOSTILE)
 def test_it_is_always_a_number(name: str, precision: str) -> None:

@@ -15,7 +15,6 @@ from lenscl.config import Scene
 from lenscl.errors import TraceError
 from lenscl.tracing import job, memory, samples
 
-pytestmark = pytest.mark.usefixtures("plain_kernels")
 GIB = 2**30
 SIZES = {
     # A limit of its own group, of which 100 bytes are files' pages, and a narrower one around it

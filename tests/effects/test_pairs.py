@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import combinations, product
 from typing import Any
 
@@ -74,14 +75,16 @@ def test_the_rows_hold_every_pair_of_values() -> None:
     assert len(covering()) < 2 * max(len(VALUES[a]) * len(VALUES[b]) for a, b in combinations(EFFECTS, 2))
 
 
-@pytest.mark.parametrize("precision", ["single", "double"])
-@pytest.mark.parametrize("row", covering(), ids=lambda row: "-".join(str(value) for value in row.values()))
-def test_effects_run_together_add_what_they_say_and_observers_move_no_ray(
-    row: Row, precision: str, request: pytest.FixtureRequest
-) -> None:
-    """Every other row is optimised in single, the rest in double: where more is asked a compiler may do otherwise."""
-    if (covering().index(row) % 2 == 0) == (precision == "single"):
-        request.getfixturevalue("plain_kernels")
+def traced() -> Iterator[Any]:
+    """Yield every row in both precisions; every fourth is optimised in single and one between them in double."""
+    for number, row in enumerate(covering()):
+        for precision, turn in (("single", 0), ("double", 2)):
+            marks = [pytest.mark.users_kernels] if number % 4 == turn else []
+            yield pytest.param(row, precision, marks=marks, id="-".join(map(str, (*row.values(), precision))))
+
+
+@pytest.mark.parametrize(("row", "precision"), list(traced()))
+def test_effects_run_together_add_what_they_say_and_observers_move_no_ray(row: Row, precision: str) -> None:
     raymap = trace(scene_of(row, precision))
     assert raymap.added.keys() == set().union(*(ADDS.get(item, set()) for item in row.items()))
     layers = len(raymap.wavelengths) if row["dispersion"] is not False else 0

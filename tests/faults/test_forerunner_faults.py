@@ -438,9 +438,7 @@ CASES: list[tuple[Check, Tracer]] = [
 
 @pytest.mark.parametrize("tracer", SOUND, ids=str)
 @pytest.mark.parametrize("check", [check for check, _ in CASES], ids=lambda check: check.__name__)
-def test_the_fault_is_absent(check: Check, tracer: Tracer, request: pytest.FixtureRequest) -> None:
-    if check is q8_every_surface_is_stretched_alike:  # a kernel for each of the catalogue; no last bits matter
-        request.getfixturevalue("plain_kernels")
+def test_the_fault_is_absent(check: Check, tracer: Tracer) -> None:
     check(tracer)
 
 

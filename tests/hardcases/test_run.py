@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from probe import device_of_width
+from probe import plain_device
 
 from lenscl import device
 from lenscl.config import Scene
@@ -44,7 +44,7 @@ def pack() -> Pack:
 def verdicts(pack: Pack, method: str, precision: str) -> list[Verdict]:
     """Run a pack; the longest of its kernels for one ray to a packet, which takes a fourth of the compiling."""
     found: dict[str, Verdict] = {}
-    for here, is_long in ((device.choose(), False), (device_of_width(1, 1), True)):
+    for here, is_long in ((device.choose(), False), (plain_device(1, 1), True)):
         cases = tuple(case for case in pack.cases if (case.name == LONGEST) == is_long)
         part = Pack(cases=cases, expected=pack.expected)
         found |= {each.case.name: each for each in run_pack(part, method=method, precision=precision, device=here)}
@@ -79,12 +79,19 @@ def test_nothing_in_the_pack_is_wrong(pack: Pack, precision: str, families: tupl
     assert axis == ([] if families else [4])
 
 
-@pytest.mark.users_widths
 @pytest.mark.parametrize(
     ("method", "precision"),
-    [("interval", "double"), ("polynomial", "double"), ("guarded", "double"), ("auto", "mixed"), ("interval", "single"),
-     ("polynomial", "single"), ("guarded", "single")],
-)  # fmt: skip
+    [
+        ("polynomial", "double"),
+        ("guarded", "double"),
+        ("interval", "single"),
+        ("guarded", "single"),
+        *(
+            pytest.param(method, precision, marks=pytest.mark.users_kernels)
+            for method, precision in (("interval", "double"), ("polynomial", "single"), ("auto", "mixed"))
+        ),
+    ],
+)
 def test_no_guaranteed_method_is_wrong(pack: Pack, method: str, precision: str, request: pytest.FixtureRequest) -> None:
     is_whole = request.config.getoption("--slow")
     few = (*SMALL, *TRUSTS) if precision == "mixed" else SMALL

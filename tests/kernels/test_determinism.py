@@ -1,9 +1,10 @@
 """The same rays end at the same place, bit for bit: again, on one thread or more, in other tiles, in any order.
 
-In packets of another width the compiler may join other products and sums, a * b + c without the rounding between. So
-places may differ there, and statuses and events may not: (s, t) by at most CONTRACTION roundings times the ray's
-condition, by which one rounding's size at the start grows on the way to the picture. Rays that land on no place of the
-picture's plane, and those whose path hangs on rounding, have no condition; they are counted apart.
+In packets of another width, and where it optimises, the compiler may join other products and sums, a * b + c without
+the rounding between. So places may differ there, and statuses and events may not: (s, t) by at most CONTRACTION
+roundings times the ray's condition, by which one rounding's size at the start grows on the way to the picture. Rays
+that land on no place of the picture's plane, and those whose path hangs on rounding, have no condition; they are
+counted apart.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import numpy as np
 import pytest
 from kernels.simulated import broken
 from numpy.typing import NDArray
-from probe import device_of_width
+from probe import optimised_device, plain_device
 from scenes import CATALOGUE, make_scene
 from thinned import thinned
 
@@ -113,10 +114,13 @@ def test_one_thread_and_two_give_the_same_bytes() -> None:
 
 
 @EACH
-def test_packets_of_any_width_end_alike_and_within_the_bound_of_contraction(name: str, precision: str) -> None:
+def test_packets_of_any_width_and_plain_kernels_end_alike_within_the_bound_of_contraction(
+    name: str, precision: str
+) -> None:
     is_few = (name, precision) in FEW
     widths = [(1, 1), (4, 4), (32, 16)] if is_few else [(1, 1), (2, 2), (4, 4), (8, 8), (16, 16), (32, 16)]
-    maps = [trace(SCENES[name], precision=precision, device=device_of_width(*width)) for width in widths]
+    devices = [*(optimised_device(*width) for width in widths), plain_device(*widths[-2])]
+    maps = [trace(SCENES[name], precision=precision, device=each) for each in devices]
     first, lens = maps[0], (maps[0].events > 0).ravel()
     for other in maps[1:]:
         ratio = roundings_apart(first, other, precision)

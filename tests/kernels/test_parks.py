@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 from faults_in_kernels import Fault, broken
-from probe import device_of_width, plain_device
+from probe import plain_device
 from scenes import make_scene
 from thinned import thinned
 
@@ -47,7 +47,7 @@ def scene_of(name: str) -> lenscl.Scene:
 def test_a_map_is_the_same_whether_rays_are_put_aside_or_not(
     name: str, precision: str, widths: tuple[int, int], aside: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scene, device = scene_of(name), device_of_width(*widths)
+    scene, device = scene_of(name), plain_device(*widths)
     parked = lenscl.trace(scene, precision=precision, device=device)
     assert parked.kernel.structure.parks
     assert sum(aside) > 50
@@ -59,7 +59,7 @@ def test_a_map_is_the_same_whether_rays_are_put_aside_or_not(
         np.testing.assert_array_equal(getattr(parked, array), getattr(alone, array))
 
 
-@pytest.mark.users_widths  # packets of few lanes put none aside
+@pytest.mark.users_kernels  # packets of few lanes put none aside
 def test_given_rays_are_put_aside_too(aside: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(5)
     o = np.tile([0.0, 0.0, 4.0], (5000, 1))
@@ -93,7 +93,7 @@ def assert_each_as_if_alone(found: lenscl.RayMap) -> None:
 def test_rays_of_every_wavelength_are_put_aside_and_end_as_if_it_were_alone(
     precision: str, widths: tuple[int, int], aside: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = lenscl.trace(spread(), precision=precision, device=device_of_width(*widths))
+    found = lenscl.trace(spread(), precision=precision, device=plain_device(*widths))
     assert found.kernel.structure.parks
     assert len(aside) == 3
     assert min(aside) > 50
@@ -152,6 +152,6 @@ def test_rays_put_aside_among_those_of_another_wavelength_are_noticed(
 
 
 def test_one_ray_to_a_packet_is_never_put_aside(aside: list[int]) -> None:
-    raymap = lenscl.trace(scene_of("ellipsoid"), device=device_of_width(1, 1))
+    raymap = lenscl.trace(scene_of("ellipsoid"), device=plain_device(1, 1))
     assert "parks_never.cl" in raymap.kernel.text
     assert not aside

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from methods.searches import Search, box_rays
 from numpy.typing import NDArray
-from probe import device_of_width
+from probe import plain_device
 from scenes import CATALOGUE, make_scene
 
 import lenscl
@@ -202,7 +202,7 @@ def test_every_packet_width_and_precision_agrees_with_the_march(precision: str) 
     )
     march = lenscl.trace(scene, method="march", precision="double")
     for widths in ((1, 1), (4, 2), (16, 8)):
-        found = lenscl.trace(scene, method="interval", precision=precision, device=device_of_width(*widths))
+        found = lenscl.trace(scene, method="interval", precision=precision, device=plain_device(*widths))
         same = (found.events == march.events) & (found.status == march.status)
         assert same.mean() > 0.995
         both = same & (march.status == RayStatus.PICTURE) & (march.events > 0)

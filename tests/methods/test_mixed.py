@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from probe import device_of_width
+from probe import optimised_device
 from scenes import make_scene
 from thinned import thinned
 
@@ -59,7 +59,7 @@ def test_mixed_meets_what_double_meets_and_is_as_exact(name: str, method: str) -
 
 @pytest.mark.parametrize("width", [1, 2, 8])
 def test_every_width_finds_the_same(width: int) -> None:
-    narrow = device_of_width(width, width)
+    narrow = optimised_device(width, width)
     for name in ("torus", "heart"):
         here = trace(scene_of(name, precision="mixed"), device=narrow)
         best = trace(scene_of(name, precision="mixed"))

@@ -13,7 +13,6 @@ NAMES = ("ox", "dz", "part_0", "part_0_slope", "origin_x", "drift_y", "reach", "
 TERMS = ("1", "x**2", "y**2", "z**2", "x*y", "y*z", "x*z", "x", "z")  # all unlike: none may stand for another
 
 
-@pytest.mark.usefixtures("plain_kernels")
 @pytest.mark.parametrize("method", ["polynomial", "interval"])
 def test_a_parameter_may_have_any_name(method: str) -> None:
     def of(names: tuple[str, ...]) -> lenscl.RayMap:

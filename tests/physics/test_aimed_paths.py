@@ -11,7 +11,7 @@ import pytest
 from hypothesis import event, given, settings
 from physics import differentials, paths
 from physics.paths import Law, Paths
-from probe import device_of_width
+from probe import plain_device
 from strategies import KINDS, NAMES, Shot, shots
 
 from lenscl.accuracy.selfcheck import check_rays
@@ -31,7 +31,7 @@ dealt = pytest.mark.parametrize(("precision", "width", "names"), DEALT)
 
 
 def followed(shot: Shot, precision: str, width: int) -> Paths:
-    return Paths.of(shot.scene(precision), device_of_width(width, width), *shot.starts)
+    return Paths.of(shot.scene(precision), plain_device(width, width), *shot.starts)
 
 
 def hold(law: Callable[[Paths], Law], drawn: Any, precision: str, width: int, examples: int = EXAMPLES) -> Counter[str]:
@@ -65,7 +65,7 @@ def test_rays_bend_by_snells_law_at_the_surface_and_come_back_along_every_leg(
     @settings(max_examples=2 * EXAMPLES)
     @given(shots(names))
     def holds(shot: Shot) -> None:
-        check = check_rays(shot.scene(precision), device_of_width(width, width), *shot.starts)
+        check = check_rays(shot.scene(precision), plain_device(width, width), *shot.starts)
         counts.update({"rays": check.rays, "surfaces": check.surfaces, "returned": check.returned})
         counts.update(check.unchecked)
         laws.update(law for law, worst in check.worst.items() if worst > 0.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from physics.paths import Paths
-from probe import device_of_width
+from probe import plain_device
 from scenes import make_scene
 from thinned import thinned
 
@@ -114,7 +114,7 @@ def test_a_glass_balls_paraxial_focus_is_where_the_lensmaker_says() -> None:
 
 def hold_image(scene: Scene, width: int, origins: Array, directions: Array, image: Array) -> None:
     """Hold that behind the first surface rays pass a point, but for what it rounds."""
-    paths = Paths.of(scene, device_of_width(width, width), origins, directions, 1)
+    paths = Paths.of(scene, plain_device(width, width), origins, directions, 1)
     assert (paths.events == 1).all()
     to_image = image - paths.points[1]
     miss = np.linalg.norm(np.cross(to_image, paths.directions[1]), axis=1)

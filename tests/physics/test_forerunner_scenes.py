@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from probe import device_of_width
+from probe import plain_device
 from scenes import forerunner
 
 from lenscl import RayStatus, reference, trace
@@ -49,7 +49,7 @@ def test_kernels_and_twin_land_in_the_same_place(name: str) -> None:
 @pytest.mark.parametrize("widths", [(1, 1), (4, 2), (8, 4)])
 def test_packet_width_changes_no_status_and_no_event(name: str, widths: tuple[int, int]) -> None:
     scene = forerunner(name, 33)
-    wide, narrow = trace(scene), trace(scene, device=device_of_width(*widths))
+    wide, narrow = trace(scene), trace(scene, device=plain_device(*widths))
     np.testing.assert_array_equal(wide.status, narrow.status)
     np.testing.assert_array_equal(wide.events, narrow.events)
     assert np.quantile(np.abs(wide.st - narrow.st), 0.99) < 1e-9

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from probe import device_of_width
+from probe import plain_device
 from scenes import CATALOGUE, forerunner, make_scene
 from thinned import thinned
 
@@ -82,7 +82,7 @@ def test_every_packet_width_does_the_same(surface: str, width: int, precision: s
         lens, events = lens | {"bounds": [[-1.0] * 3, [1.0] * 3]}, 4
     scene = make_scene(lens | {"n": 1.33}, medium=1.33)
     st, _ = straight(scene)
-    raymap = trace(scene, precision=precision, device=device_of_width(width, width))
+    raymap = trace(scene, precision=precision, device=plain_device(width, width))
     assert (raymap.events == events).sum() > 100
     assert np.abs(raymap.st.reshape(-1, 2) - st).max() <= BOUND[precision]
 

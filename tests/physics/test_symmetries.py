@@ -12,7 +12,7 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 from physics import maps
 from physics.test_many_lenses import BALL, EGG, RING
-from probe import device_of_width
+from probe import plain_device
 from scenes import make_scene
 from strategies import Seen, seen
 from thinned import thinned
@@ -51,7 +51,7 @@ def counted(law: maps.Law, raymap: RayMap, counts: Counter[str]) -> None:
 def unchanged(change: Callable[[Scene], Scene], precision: str, width: int, name: str) -> None:
     """Hold that a change to the whole scene leaves every bit of its map."""
     counts: Counter[str] = Counter()
-    device = device_of_width(width, width)
+    device = plain_device(width, width)
 
     @settings(max_examples=EXAMPLES)
     @given(seen([name]))
@@ -78,7 +78,7 @@ def test_lengths_times_a_power_of_two_leave_every_bit_of_a_map(precision: str, w
 @dealt
 def test_a_film_moved_by_pixels_moves_its_map_by_pixels_bit_for_bit(precision: str, width: int, name: str) -> None:
     counts: Counter[str] = Counter()
-    device = device_of_width(width, width)
+    device = plain_device(width, width)
 
     @settings(max_examples=EXAMPLES)
     @given(seen([name]), st.integers(0, 2), st.integers(0, 2))
@@ -102,14 +102,14 @@ def test_a_film_moved_by_pixels_moves_its_map_by_pixels_bit_for_bit(precision: s
 @dealt
 def test_a_scene_turned_scaled_or_moved_has_its_map_within_bounds(precision: str, width: int, name: str) -> None:
     counts: Counter[str] = Counter()
-    device = device_of_width(width, width)
+    device = plain_device(width, width)
 
     @settings(max_examples=EXAMPLES)
     @given(seen([name]), st.integers(-180, 180), st.sampled_from([3.0, 0.1, 1e-6, 1e6, 12.7]))
     def holds(drawn: Seen, degrees: int, k: float) -> None:
         scene = drawn.scene(precision)
         one = trace(scene, device=device)
-        bound = 4.0 * maps.bounds(scene, device_of_width(1, 1))  # of two traces, and of two scenes of rounded numbers
+        bound = 4.0 * maps.bounds(scene, plain_device(1, 1))  # of two traces, and of two scenes of rounded numbers
         for other in (
             maps.turned(scene, degrees),
             maps.scaled(scene, k),
@@ -128,7 +128,7 @@ def test_a_films_rays_are_those_through_its_pixels(precision: str, width: int, n
     @settings(max_examples=EXAMPLES)
     @given(seen([name]))
     def holds(drawn: Seen) -> None:
-        scene, device = drawn.scene(precision), device_of_width(width, width)
+        scene, device = drawn.scene(precision), plain_device(width, width)
         counted(maps.film_is_its_rays(scene, device), trace(scene, device=device), counts)
 
     holds()
@@ -137,7 +137,7 @@ def test_a_films_rays_are_those_through_its_pixels(precision: str, width: int, n
 
 @pytest.mark.parametrize(("precision", "width"), thinned(FORMS, [("single", 8), ("double", 1), ("mixed", 4)]))
 def test_the_order_of_lenses_changes_no_bit(precision: str, width: int) -> None:
-    device: Device = device_of_width(width, width)
+    device: Device = plain_device(width, width)
     film, numerics = {"size": [21, 20]}, {"precision": precision}
     scenes = [make_scene(*lenses, film=film, numerics=numerics) for lenses in permutations((BALL, EGG, RING))]
     first, *others = (trace(scene, device=device) for scene in scenes[:3])
@@ -152,9 +152,9 @@ def test_the_order_of_lenses_changes_no_bit(precision: str, width: int) -> None:
 )
 def test_pictures_side_by_side_share_no_ray_and_lose_none(precision: str, width: int) -> None:
     scene = edge_on_edge(precision)
-    residual, _ = maps.one_of_two_pictures(scene, device_of_width(width, width))
+    residual, _ = maps.one_of_two_pictures(scene, plain_device(width, width))
     assert not residual.any()
-    status = trace(scene, device=device_of_width(width, width)).status
+    status = trace(scene, device=plain_device(width, width)).status
     assert set(np.unique(status)) == {RayStatus.PICTURE, RayStatus.OFF_PICTURE}
 
 

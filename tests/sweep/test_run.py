@@ -416,7 +416,6 @@ def accurate(study_path: Path, wish: str) -> Path:
     return study_path
 
 
-@pytest.mark.usefixtures("plain_kernels")
 def test_a_study_that_asks_for_an_accuracy_says_what_it_achieved(study_path: Path) -> None:
     path = accurate(study_path, "1e-5 px")
     rows = sweep(path, path.parent / "out")
@@ -451,7 +450,6 @@ def test_points_of_one_structure_are_planned_once_and_by_the_first_whatever_is_d
     assert set(planned) == {first}
 
 
-@pytest.mark.usefixtures("plain_kernels")
 def test_an_accuracy_that_a_point_cannot_reach_fails_that_point_by_name(study_path: Path) -> None:
     path = accurate(study_path, "1e-17 px")
     rows = sweep(path, path.parent / "out")
