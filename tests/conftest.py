@@ -9,6 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 from hypothesis import HealthCheck, settings
+from hypothesis.internal.conjecture import providers
 from probe import plain_device, users_device
 
 from lenscl import device
@@ -16,7 +17,12 @@ from lenscl import device
 settings.register_profile("tests", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("anew", settings.get_profile("tests"), derandomize=False, database=None)
 settings.register_profile("explore", deadline=None, max_examples=2000, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "tests"))
+_profile = os.environ.get("HYPOTHESIS_PROFILE", "tests")
+settings.load_profile(_profile)
+if _profile == "tests":
+    # Hypothesis also draws constants that it finds in the modules loaded so far: those of whatever ran before in the
+    # same process. What a test draws, and so whether it draws enough, is to hang on the test alone
+    providers._get_local_constants = providers.Constants
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

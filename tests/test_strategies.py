@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -105,11 +106,14 @@ def test_rays_of_every_kind_meet_a_lens_or_miss_it_as_their_kind_says() -> None:
         assert 0 < met[kind] < drawn[kind], kind
 
 
-def test_a_failure_shrinks_to_one_ray_at_a_sphere_that_stands_plainly() -> None:
+def test_a_failure_shrinks_to_plain_rays_at_a_sphere_that_stands_plainly() -> None:
     def fails(shot: Shot) -> bool:
         """Any ray that starts inside a lens."""
         return any(ray.kind == "inside" for ray in shot.rays)
 
     shot = find(shots(NAMES, most=3), fails, settings=settings(max_examples=300))
-    assert shot == Shot(Shape(), PLAIN, (1.5, 1.0), (Aimed(kind="inside", way=Way((0, 0, -1))),))
+    *others, ray = shot.rays  # hypothesis does not always see that a whole ray can go
+    assert replace(shot, rays=()) == Shot(Shape(), PLAIN, (1.5, 1.0), ())
+    assert ray == Aimed(kind="inside", way=Way((0, 0, -1)))
+    assert all(each == Aimed(kind="at", way=Way((0, 0, -1))) for each in others)
     assert len(repr(shot)) < 300

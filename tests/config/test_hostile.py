@@ -263,7 +263,7 @@ def test_only_keys_of_many_parts_are_refused_for_them_whatever_stands_in_strings
         seen[long] += 1
 
     read()
-    assert min(seen.values()) > 40
+    assert min(seen.values()) > 10  # 26 and more with draws anew
 
 
 UNCLOSED = ['"', "'", '"""', "'''", 'a = "\\"', "\\", '"\\', "a.", '.""', "'\"", "\"'", '"""\\"', "'''\"", "#", '"\n']

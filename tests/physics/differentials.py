@@ -91,8 +91,8 @@ def _differences(paths: Paths, size: float, step: float) -> tuple[Array, NDArray
         index = n_first if k == 0 else n_after[k]
         if k < len(beside.points):
             points, along = (each[k].reshape(8, n, 3) for each in (beside.points, beside.directions))
-        else:
-            points, along = np.zeros((2, 8, n, 3))
+        else:  # none beside comes so far, and what stands here counts as unlike
+            points, along = (np.broadcast_to(each[k], (8, n, 3)) for each in (paths.points, paths.directions))
         coordinates = _coordinates(points, along, paths.points[k], paths.directions[k], index, size)
         change = (coordinates[0::2] - coordinates[1::2]) / 2.0  # (4, N, 4): of each of the four
         columns = np.moveaxis(change, 0, 2)
