@@ -59,6 +59,8 @@ def _factors(u: Expr) -> tuple[Expr, list[Expr]]:
 
 def _scaled(factor: float, u: Expr) -> Expr:
     """Multiply by a number, at the head of the product; in front of it where the two have no product that is finite."""
+    if u.op == "neg":
+        return _scaled(-factor, u.args[0])
     head, factors = _factors(u)
     if head.value is not None:
         merged = factor * head.value

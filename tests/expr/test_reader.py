@@ -5,7 +5,7 @@ import sys
 import textwrap
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from lenscl.errors import ExpressionError
@@ -164,6 +164,7 @@ def test_what_is_printed_reads_back_as_the_same_expression():
     count = 0
 
     @given(_texts())
+    @example("(-(x + y)) + (-(x + y))")
     def again(text):
         nonlocal count
         try:
