@@ -96,7 +96,8 @@ def test_a_film_moved_by_pixels_moves_its_map_by_pixels_bit_for_bit(precision: s
         np.testing.assert_array_equal(turned.status[:, ::-1], one.status)
 
     holds()
-    assert min(counts["met"], 10 * counts["moved"]) > 10
+    assert counts["met"] > 10
+    assert counts["moved"] > 0
 
 
 @dealt
