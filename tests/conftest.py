@@ -42,8 +42,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def plain_kernels() -> Iterator[None]:
     """Let the device that is chosen unasked be one that compiles fast; see `plain_device`.
 
-    Nearly all of the tests' time is compiling. What a compiler makes of kernels is tested where devices are named, or
-    where a module or a test is marked `users_kernels`: the hard cases, the laws of physics, packets of every width.
+    Most of the tests' time is compiling. What a compiler makes of kernels is tested where `optimised_device` is named
+    (packets of every width end as plain kernels do) and where a module or a test is marked `users_kernels` (among them
+    some hard cases and pairs of effects).
     """
     users_device()  # looked up before another takes its place
     with _chosen_unasked(plain_device()):

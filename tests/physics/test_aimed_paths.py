@@ -101,7 +101,7 @@ def test_optical_paths_are_stationary_between_any_two_of_their_points(
 
 BESIDE = tuple(kind for kind in KINDS if kind != "on")  # a start beside a point of a surface is not on it
 # Of surfaces, those behind which rays a step beside still take the path, and curvature has not taken over
-TOLD = {"single": 0.0, "double": 0.05, "mixed": 0.05}  # in single few are, and of few draws it may be none
+TOLD = {"double": 0.05, "mixed": 0.05}  # in single few are, and of few draws none: nothing is asked there
 
 
 @dealt
@@ -109,7 +109,7 @@ def test_etendue_is_kept_by_each_refraction_and_by_whole_paths(
     precision: str, width: int, names: Sequence[str]
 ) -> None:
     counts = hold(differentials.symplectic, shots(names, BESIDE), precision, width)
-    assert counts["told"] >= TOLD[precision] * counts["asked"]
+    assert precision == "single" or counts["told"] > TOLD[precision] * counts["asked"]
 
 
 @dealt
@@ -117,7 +117,7 @@ def test_rays_from_a_point_stay_across_surfaces_of_equal_optical_path(
     precision: str, width: int, names: Sequence[str]
 ) -> None:
     counts = hold(differentials.wavefront, shots(names, BESIDE), precision, width)
-    assert counts["told"] >= TOLD[precision] * counts["asked"]
+    assert precision == "single" or counts["told"] > TOLD[precision] * counts["asked"]
 
 
 @dealt
