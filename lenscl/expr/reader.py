@@ -8,7 +8,6 @@ arithmetic and the functions of the table, and refuses the rest.
 from __future__ import annotations
 
 import ast
-import difflib
 import keyword
 import math
 import re
@@ -16,6 +15,7 @@ from collections.abc import Collection
 from functools import reduce
 
 from lenscl.errors import ExpressionError
+from lenscl.expr import advice
 from lenscl.expr.graph import MAX_POWER, Expr, build, number, symbol, walk
 from lenscl.expr.operations import FUNCTIONS, OPERATIONS
 
@@ -29,24 +29,9 @@ _NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _BINARY: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "pow"}
 _CHAINED = ("min", "max")  # of two operands or more
 _TOO_MANY = f"an expression may have at most {MAX_NODES} parts; split the solid"
-_ADVICE = {
-    "−": "write the minus sign as -",
-    "–": "write the minus sign as -",
-    "·": "write products as *",
-    "×": "write products as *",
-    "²": "write powers as ^2",
-    "³": "write powers as ^3",
-    "√": "write sqrt(...)",
-    "[": "group with ( and )",
-    "{": "group with ( and )",
-    "=": "write the surface as an expression that is negative inside, without =",
-    "<": "write the surface as an expression that is negative inside; for pieces use min, max and abs",
-    ">": "write the surface as an expression that is negative inside; for pieces use min, max and abs",
-    "|": "write abs(...)",
-}
 
 
-def parse(text: str, symbols: Collection[str]) -> Expr:
+def parse(text: str, symbols: Collection[str], *, own: str = "") -> Expr:
     """Read an expression in numbers, `symbols`, `+ - * /`, `^` or `**`, brackets and the functions of the table.
 
     `^` is the power, as `**`: it binds tighter than a sign before it and to the right. A whole exponent is an integer
@@ -59,6 +44,8 @@ def parse(text: str, symbols: Collection[str]) -> Expr:
         At most `MAX_LENGTH` characters, `MAX_NODES` parts, nested at most `MAX_DEPTH` deep.
     symbols : collection of str
         The names that may occur.
+    own : str, optional
+        Where a user gives numbers of his own, for what is said of a name that is none of these.
 
     Raises
     ------
@@ -66,7 +53,7 @@ def parse(text: str, symbols: Collection[str]) -> Expr:
         With the column (from 0) at which the text is refused.
     """
     columns = _gate(text)
-    return _Reader(text, columns, symbols).read()
+    return _Reader(text, columns, symbols, own).read()
 
 
 def _gate(text: str) -> list[int]:
@@ -80,9 +67,8 @@ def _gate(text: str) -> list[int]:
     allowed = _ALLOWED.match(text)
     if allowed is None or allowed.end() < len(text):
         column = allowed.end() if allowed else 0
-        found = text[column]
-        advice = _ADVICE.get(found, "allowed are numbers, names, ( ) , and + - * / ^")
-        raise ExpressionError(f"unexpected {found!a}; {advice}", text, column)
+        hint = advice.for_character(text, column)
+        raise ExpressionError(f"unexpected {advice.shown(text[column])}; {hint}", text, column)
     _check_tokens(text)
     columns = [0]  # of the bracket that is put around the text
     for column, character in enumerate(text):
@@ -102,9 +88,11 @@ def _check_tokens(text: str) -> None:
         if token in keyword.kwlist:
             raise ExpressionError(f"{token!r} is not allowed; only arithmetic and functions are", text, column)
         if token == ".":
-            raise ExpressionError("attributes (a name after a point) are not allowed", text, column)
+            hint = advice.for_module(text, column)
+            raise ExpressionError(f"attributes (a name after a point) are not allowed{_after(hint)}", text, column)
         if before in ("name", "value") and (kind in ("name", "value") or (kind == "(" and before == "value")):
-            raise ExpressionError("an operator is missing before this; write products as *", text, column)
+            hint = advice.for_missing_operator(text, column, match.end())
+            raise ExpressionError(f"an operator is missing before this; {hint}", text, column)
         if kind == "value":
             _check_number(token, text, column)
         parts += token not in ("(", ")", ",")
@@ -140,9 +128,9 @@ def _check_number(token: str, text: str, column: int) -> None:
 class _Reader:
     """The walk over the tree, in a loop: how deep a text may go does not depend on the caller's stack."""
 
-    def __init__(self, text: str, columns: list[int], symbols: Collection[str]) -> None:
+    def __init__(self, text: str, columns: list[int], symbols: Collection[str], own: str) -> None:
         self._text, self._columns = text, columns
-        self._symbols = symbols
+        self._symbols, self._own = symbols, own
 
     def read(self) -> Expr:
         source = "(" + re.sub(r"[\t\r\n]", " ", self._text).replace("^", "**") + ")"
@@ -179,6 +167,19 @@ class _Reader:
     def _refuse(self, at: ast.expr, message: str) -> ExpressionError:
         return ExpressionError(message, self._text, self._columns[min(at.col_offset, len(self._columns) - 1)])
 
+    def _refuse_comma(self, tree: ast.Tuple) -> ExpressionError:
+        message = "a comma may only stand between the operands of a function"
+        comma = advice.decimal_comma(self._spelled(tree))
+        if comma is None:
+            return self._refuse(tree, message)
+        column = self._columns[tree.col_offset] + comma
+        return ExpressionError(f"{message}; a decimal is written with a point, like 0.5", self._text, column)
+
+    def _spelled(self, tree: ast.expr) -> str:
+        """Return a node as it is written."""
+        end = min(tree.end_col_offset or 0, len(self._columns) - 1)
+        return self._text[self._columns[tree.col_offset] : self._columns[end]]
+
     def _operands(self, tree: ast.expr) -> list[ast.expr]:
         """Return the operands of a node that is allowed."""
         match tree:
@@ -194,7 +195,7 @@ class _Reader:
                 self._check_call(tree)
                 return tree.args
             case ast.Tuple():
-                raise self._refuse(tree, "a comma may only stand between the operands of a function")
+                raise self._refuse_comma(tree)
             case _:
                 raise self._refuse(tree, "only numbers, names, arithmetic and functions are allowed")
 
@@ -205,14 +206,15 @@ class _Reader:
         if name in self._symbols:
             raise self._refuse(tree.func, f"{name!r} is a value, not a function; write products as *")
         if name not in FUNCTIONS:
-            raise self._refuse(tree.func, f"unknown function {name!r}; {_nearest(name, FUNCTIONS)}")
+            raise self._refuse(tree.func, f"unknown function {name!r}; {advice.for_function(name)}")
         if tree.keywords or any(isinstance(each, ast.Starred) for each in tree.args):
             raise self._refuse(tree, f"{name} takes plain operands only")
         arity, given = OPERATIONS[name].arity, len(tree.args)
         many = name in _CHAINED
         if (given < arity) if many else (given != arity):
             wanted = f"{arity} or more operands" if many else f"{arity} operand{'s' * (arity > 1)}"
-            raise self._refuse(tree, f"{name} takes {wanted}, got {given}")
+            comma = "" if advice.decimal_comma(self._spelled(tree)) is None else "; a decimal is written like 0.5"
+            raise self._refuse(tree, f"{name} takes {wanted}, got {given}{comma}")
 
     def _made(self, tree: ast.expr, args: list[Expr]) -> Expr:
         match tree:
@@ -232,8 +234,7 @@ class _Reader:
 
     def _number(self, tree: ast.Constant) -> Expr:
         # From the text: Python's own value may be an integer of any size, True or an ellipsis
-        start, end = tree.col_offset, tree.end_col_offset or 0
-        spelled = self._text[self._columns[start] : self._columns[min(end, len(self._columns) - 1)]].strip()
+        spelled = self._spelled(tree).strip()
         if not _NUMBER.fullmatch(spelled):
             raise self._refuse(tree, "a number is written like 2, 0.5 or 1e-3")
         return number(float(spelled))
@@ -243,7 +244,7 @@ class _Reader:
             return symbol(tree.id)
         if tree.id in FUNCTIONS:
             raise self._refuse(tree, f"{tree.id} is a function: write {tree.id}(...)")
-        raise self._refuse(tree, f"unknown name {tree.id!r}; {_nearest(tree.id, self._symbols)}")
+        raise self._refuse(tree, f"unknown name {tree.id!r}; {advice.for_name(tree.id, self._symbols, self._own)}")
 
     def _built(self, at: ast.expr, op: str, *args: Expr) -> Expr:
         """Build a node, unless it is a constant without a finite value or a power beyond the limit."""
@@ -264,6 +265,5 @@ class _Reader:
         return made
 
 
-def _nearest(name: str, known: Collection[str]) -> str:
-    close = difflib.get_close_matches(name[:40], sorted(known), n=1)
-    return f"did you mean {close[0]!r}?" if close else f"known are {', '.join(sorted(known))}"
+def _after(hint: str) -> str:
+    return f"; {hint}" if hint else ""

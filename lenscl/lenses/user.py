@@ -40,7 +40,7 @@ def user_surface(text: str, parameters: Collection[str], bounds: Box) -> Surface
         if wrong is not None:
             found = re.search(rf"\b{re.escape(name)}\b", text)
             raise ExpressionError(f"parameter {name!r}: {wrong}", text, found.start() if found else 0)
-    expression = parse(text, [*COORDINATES, *parameters])
+    expression = parse(text, [*COORDINATES, *parameters], own="in the lens table")
     if not expression.depends_on(COORDINATES):
         raise ExpressionError("a surface must depend on x, y or z; this is the same everywhere", text, 0)
     return Surface(
