@@ -14,11 +14,21 @@ from typing import Any, Literal, TypeVar, cast
 from pydantic import ValidationError
 
 from lenscl.config.checks import LONGEST, SHORTEST, Box, Vec3
-from lenscl.config.problems import MOST_PROBLEMS, as_plain, from_pydantic, nearest, short, study_error, unknown_key
+from lenscl.config.problems import (
+    MOST_PROBLEMS,
+    as_plain,
+    from_pydantic,
+    key_text,
+    nearest,
+    short,
+    study_error,
+    unknown_key,
+)
 from lenscl.config.scene import Effects, Film, Frozen, Lens, Numerics, Picture, Scene, Source
 from lenscl.config.tables import (
     ENVIRONMENT,
     MOST_LENSES,
+    ONLY_ONE,
     FilmTable,
     LensTable,
     MediumTable,
@@ -29,7 +39,7 @@ from lenscl.config.tables import (
 )
 from lenscl.effects import EFFECTS, Value
 from lenscl.errors import LensclError
-from lenscl.lenses import Surface, catalogue, surface, user_surface
+from lenscl.lenses import Surface, catalogue, meant_as, surface, user_surface
 from lenscl.materials import index_problems
 
 T = TypeVar("T", bound=Table)
@@ -38,6 +48,7 @@ Report = Callable[[str], None]  # takes one problem, led by its key
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 COORDINATES = ("x", "y", "z")
 LENS_KEYS = tuple(LensTable.model_fields)
+_ANYWHERE: Box = ((-1.0,) * 3, (1.0,) * 3)  # stands for bounds that are missing, while an expression is read
 _BRIGHTEST = 1e30  # of a colour: decoded from sRGB it is still a number
 _PARALLEL = 4 * 2.0**-52  # sine of the angle of two spans that differ by rounding alone
 BY_HAND = ("method", "precision", "snell", "step", "tolerance")  # keys of [numerics] that accuracy chooses
@@ -114,12 +125,21 @@ def read_table(model: type[T], document: Mapping[str, Any], at: str, report: Rep
     """Return one table of the document; a table left out counts as empty."""
     table = document.get(at, {})
     if not isinstance(table, dict):
-        report(f"{at}: must be a table [{at}], got {short(table)}")
+        report(_no_table(at, table))
         return None
     if at not in document and any(field.is_required() for field in model.model_fields.values()):
         report(f"{at}: is required; add a table [{at}]")
         return None
     return _read(model, table, at, report)
+
+
+def _no_table(at: str, value: Any) -> str:
+    """Return the problem of what stands where a table is wanted."""
+    if isinstance(value, list) and value and all(isinstance(entry, dict) for entry in value):
+        if len(value) == 1:
+            return f"{at}: is a single table, written [{at}], with single brackets"
+        return f"{at}: is a single table, written [{at}], and here are {len(value)} of it; {ONLY_ONE[at]}"
+    return f"{at}: must be a table [{at}], got {short(value)}"
 
 
 def _read(model: type[T], table: dict[str, Any], at: str, report: Report) -> T | None:
@@ -185,7 +205,7 @@ def _read_numerics(document: Mapping[str, Any], report: Report) -> Numerics | No
 def _read_effects(document: Mapping[str, Any], report: Report) -> Effects:
     table = document.get("effects", {})
     if not isinstance(table, dict):
-        report(f"effects: must be a table [effects], got {short(table)}")
+        report(_no_table("effects", table))
         table = {}
     asked: dict[str, Value] = {key: effect.default for key, effect in EFFECTS.items()}
     for key, value in table.items():
@@ -239,7 +259,9 @@ def _read_lenses(document: Mapping[str, Any], problems: list[str]) -> list[Lens]
         report("lens: is required; add a table [[lens]] with a surface and an index n")
         return []
     if isinstance(tables, dict):
-        report("lens: a study has one lens or more, so its table is written [[lens]], with double brackets")
+        named = [key for key, value in tables.items() if isinstance(value, dict)][:1]
+        how = f'; [lens.{key_text(named[0])}] is [[lens]] with a key name = "{key_text(named[0])}"' if named else ""
+        report(f"lens: a study has one lens or more, so its table is written [[lens]], with double brackets{how}")
         return []
     if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
         report(f"lens: must be one table [[lens]] or more, got {short(tables)}")
@@ -293,7 +315,7 @@ def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> Lens | No
     if isinstance(formula, str):
         own = _known_keys(own, formula, at, report)
     read = _read(LensTable, own, at, report)
-    if read is None or len(problems) > before:
+    if read is None:
         return None
     made = _surface(read, at, report)
     if made is None or len(problems) > before:
@@ -349,13 +371,14 @@ def _surface(lens: LensTable, at: str, report: Report) -> Surface | None:
             if lens.bounds is not None and lens.surface in catalogue():
                 report(f"{at}.bounds: is only for expressions; {short(lens.surface)} knows its own")
             return surface(lens.surface)
-        if lens.bounds is None:
-            report(f"{at}.bounds: is required for an expression: a box [[x, y, z], [x, y, z]] that holds the solid")
-            return None
-        return _user_surface(lens.surface, tuple(sorted(lens.model_extra or {})), lens.bounds)
+        made = _user_surface(lens.surface, tuple(sorted(lens.model_extra or {})), lens.bounds or _ANYWHERE)
     except LensclError as error:
-        report(f"{at}.surface: {error}")
+        report(f"{at}.surface: {meant_as(lens.surface) or error}")
         return None
+    if lens.bounds is None:
+        report(f"{at}.bounds: is required for an expression: a box [[x, y, z], [x, y, z]] that holds the solid")
+        return None
+    return made
 
 
 @lru_cache(maxsize=64)

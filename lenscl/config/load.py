@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from lenscl.config.problems import file_text, study_error
+from lenscl.config.toml_faults import toml_problem
 
 MOST_BYTES = 1_000_000  # a study is written by hand
-_LONGEST_REASON = 200
 # tomllib's time grows with the square of a dotted key's parts, in a header or an inline table too; a study's longest
 # key, an axis whose quotes were forgotten, has six
 _MOST_PARTS = 16
@@ -85,4 +85,4 @@ def parse_text(text: str, where: str = "study") -> dict[str, Any]:
     except RecursionError:
         raise study_error([f"{where}: is nested too deeply"]) from None
     except ValueError as error:  # TOMLDecodeError, and whole numbers with too many digits
-        raise study_error([f"{where}: is not TOML: {str(error)[:_LONGEST_REASON]}"]) from None
+        raise study_error([toml_problem(text, error, where)]) from None

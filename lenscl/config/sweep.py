@@ -158,6 +158,9 @@ def _check_mode(table: SweepTable, sweep: Sweep, report: Report) -> None:
 
 
 def _read_group(written: Any, at: str, report: Report) -> Group:
+    if isinstance(written, list) and written and all(isinstance(entry, dict) for entry in written):
+        report(f"{at}: is a single table, written [{at}], with single brackets")
+        return ()
     if not isinstance(written, dict):
         report(f"{at}: must be a table of keys and their values, got {short(written)}")
         return ()

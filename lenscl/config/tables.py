@@ -164,6 +164,20 @@ SCENE_TABLES: dict[str, type[Table]] = {
     "numerics": NumericsTable,
 }
 REQUIRED_TABLES = ("source", "film", "picture", "lens")
+# Tables that there are once, and what to do where one is written again; and those that are lists of tables
+ONLY_ONE = {
+    "source": 'a study has one source: keep one of the two, and let it move by an axis such as "source.at" in '
+    "[sweep.axes], or run a study for each",
+    "film": 'a study has one film: keep one of the two, and let it vary by an axis such as "film.scale"',
+    "picture": "a study has one picture plane: keep one of the two; picture.images takes several files",
+    "medium": "one medium is between all lenses: keep one of the two; what lies inside a lens is the lens's own n",
+    "effects": "write the keys of all effects in one",
+    "numerics": "one method is for all lenses: write its keys in one",
+    "output": "a study has one form of output: write its keys in one",
+    "sweep": "a study has one sweep: write its keys in one, and its axes in [sweep.axes]",
+    "sweep.axes": "write all axes in one; those that vary together are tables [[sweep.zip]]",
+}
+LISTS = ("lens", "sweep.zip", "sweep.exclude", "sweep.include")
 TOP_KEYS = ("title", "source", "film", "picture", "medium", "lens", "effects", "numerics", "sweep", "output")
 
 

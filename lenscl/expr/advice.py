@@ -87,23 +87,9 @@ _OTHERWISE = {
 }
 
 
-_JUMPS = frozenset(
-    [
-        "sign",
-        "sgn",
-        "signum",
-        "floor",
-        "ceil",
-        "round",
-        "trunc",
-        "rint",
-        "step",
-        "heaviside",
-        "mod",
-        "fmod",
-        "fract",
-        "frac",
-    ]
+_JUMPS = (
+    *("sign", "sgn", "signum", "floor", "ceil", "round", "trunc", "rint", "step", "heaviside"),
+    *("mod", "fmod", "fract", "frac"),
 )
 
 
@@ -131,7 +117,7 @@ def for_character(text: str, column: int) -> str:
         return _for_power(text, column)
     if "FRACTION" in unicodedata.name(found, ""):
         return f"write {unicodedata.numeric(found, 0.5):.15g}"
-    if plain.isascii() and plain.isprintable():
+    if plain != found and plain.isascii() and plain.isprintable():
         return f"write {plain}"
     if found.isalnum():
         return "names are of the letters a to z, digits and _; write another name"
