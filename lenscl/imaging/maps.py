@@ -25,6 +25,8 @@ _ARRAYS = ("st", "status", "events", "origin", "direction")
 _MADE_OF = {"jacobian": ("magnification", "fold")}  # attributes that a map makes of an array that it holds
 _ENTRIES = {  # what an EXR calls the numbers of an array that is no plain number a pixel
     "transmission": ("R", "G", "B"),
+    "reflected_st": ("s", "t"),
+    "reflected": ("x", "y", "z"),
     "jacobian": ("ds_drow", "ds_dcolumn", "dt_drow", "dt_dcolumn"),
 }
 _ROUNDINGS = 4
@@ -77,7 +79,8 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
         so on, see `lenscl.tracing.Samples`; what `effects.caustics` adds as irradiance, with where the light goes as
         caustic.ends, .shares, .flux and .cut, and .rgb of coloured light, see `lenscl.tracing.Caustic`. An EXR has what
         effects add to each pixel as further channels: transmittance, path_length, transmission.R, .G, .B,
-        jacobian.ds_drow, .ds_dcolumn, .dt_drow, .dt_dcolumn (of t, not of G), magnification, fold. It has one place a
+        jacobian.ds_drow, .ds_dcolumn, .dt_drow, .dt_dcolumn (of t, not of G), magnification, fold, reflectance,
+        reflected_st.s, .t (of t, not of G), reflected.x, .y, .z. It has one place a
         pixel, and so leaves out the samples; and the irradiance, which is not on the film. A map of several wavelengths
         is written as `.npz` alone: an ST map says of a pixel one place, not one for each. The seconds are left out. An
         EXR carries `scene_toml` among its parameters.

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import combinations, product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import OpenImageIO
 import pytest
 from scenes import make_scene
 
 from lenscl import RayStatus, trace
 from lenscl.config import Scene
 from lenscl.effects import EFFECTS, Value
-from lenscl.imaging import painter_of
+from lenscl.errors import ImageError
+from lenscl.imaging import painter_of, write_map
 from lenscl.tracing import RayMap
 
 # What a map carries beside places, statuses and events, by key and value
@@ -84,7 +87,9 @@ def traced() -> Iterator[Any]:
 
 
 @pytest.mark.parametrize(("row", "precision"), list(traced()))
-def test_effects_run_together_add_what_they_say_and_observers_move_no_ray(row: Row, precision: str) -> None:
+def test_effects_run_together_add_what_they_say_and_observers_move_no_ray(
+    row: Row, precision: str, tmp_path: Path
+) -> None:
     raymap = trace(scene_of(row, precision))
     assert raymap.added.keys() == set().union(*(ADDS.get(item, set()) for item in row.items()))
     layers = len(raymap.wavelengths) if row["dispersion"] is not False else 0
@@ -108,3 +113,37 @@ def test_effects_run_together_add_what_they_say_and_observers_move_no_ray(row: R
     painted = painter_of(raymap).paint(PICTURE)
     assert painted.shape == ((32, 32, 3) if row["caustics"] else (24, 24, 3))
     assert painted.std() > 1
+    check_files(raymap, tmp_path)
+
+
+def check_files(raymap: RayMap, folder: Path) -> None:
+    """Whatever effects add stands in a map's files; several wavelengths have no place in one, which is said."""
+    error = np.full(raymap.status.shape, 1e-9)
+    write_map(folder / "map.npz", raymap, error)
+    with np.load(folder / "map.npz") as stored:
+        for name, array in raymap.added.items():
+            np.testing.assert_array_equal(stored[name], array)
+    if "wavelengths" in raymap.added:
+        with pytest.raises(ImageError, match="holds one wavelength"):
+            write_map(folder / "map.exr", raymap, error)
+        assert not (folder / "map.exr").exists()
+        return
+    write_map(folder / "map.exr", raymap, error)
+    image = OpenImageIO.ImageBuf(str(folder / "map.exr"))
+    channels = dict(zip(image.spec().channelnames, np.moveaxis(image.get_pixels(OpenImageIO.FLOAT), 2, 0), strict=True))
+    for name, array in raymap.added.items():
+        parts = [channels[channel] for channel in channels if channel == name or channel.startswith(f"{name}.")]
+        wanted = np.moveaxis(array.reshape(*raymap.status.shape, -1), 2, 0).astype(np.float32)
+        assert sorted(part.tobytes() for part in parts) == sorted(part.tobytes() for part in wanted)
+
+
+@pytest.mark.parametrize("environment", ["picture", "around.png", [0.2, 0.5, 1.0]], ids=str)
+@pytest.mark.parametrize("with_footprint", [False, True])
+def test_a_map_of_reflections_is_written_whatever_is_reflected(
+    environment: Any, with_footprint: bool, tmp_path: Path
+) -> None:
+    row = {"fresnel": "split", "environment": environment, "footprint": with_footprint}
+    raymap = trace(scene_of(row, "double"))
+    shown = {"picture": {"reflected_st"}, "around.png": {"reflected"}}.get(str(environment), set())
+    assert raymap.added.keys() - {"jacobian", "transmission"} == {"transmittance", "reflectance"} | shown
+    check_files(raymap, tmp_path)

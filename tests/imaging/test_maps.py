@@ -10,6 +10,7 @@ import OpenImageIO
 import pytest
 from imaging.maps import every_pixel, landing
 
+from lenscl.effects import EFFECTS
 from lenscl.errors import ImageError
 from lenscl.imaging import draw, paint, read_metadata, read_picture, write_image, write_map
 from lenscl.status import RayStatus
@@ -237,3 +238,26 @@ def test_a_footprint_is_written_with_what_the_map_makes_of_it(tmp_path):
     np.testing.assert_array_equal(channels["fold"], raymap.fold)
     assert channels["magnification"][0, 0] == np.finfo(np.float32).max
     np.testing.assert_allclose(channels["magnification"].ravel()[1:], raymap.magnification.ravel()[1:], rtol=1e-6)
+
+
+OUTPUTS = [
+    output
+    for effect in EFFECTS.values()
+    for variants in (*effect.variants.values(), effect.counted)
+    for variant in variants
+    for output in variant.adds
+]
+
+
+@pytest.mark.parametrize("output", OUTPUTS, ids=lambda output: output.name)
+def test_an_st_map_has_a_channel_for_every_number_of_every_effect(output, tmp_path):
+    numbers = np.random.default_rng(3).normal(size=(5, 7, *output.pixel_shape))
+    raymap = replace(some_map("float64"), added={output.name: numbers})
+    write_map(tmp_path / "z.exr", raymap)
+    image = OpenImageIO.ImageBuf(str(tmp_path / "z.exr"))
+    names, pixels = image.spec().channelnames, image.get_pixels(OpenImageIO.FLOAT)
+    own = [place for place, name in enumerate(names) if name.split(".")[0] == output.name]
+    assert len(own) == len(output.members)
+    found = sorted(pixels[..., place].tobytes() for place in own)
+    wanted = np.moveaxis(numbers.reshape(5, 7, -1), 2, 0).astype(np.float32)
+    assert found == sorted(part.tobytes() for part in wanted)
