@@ -26,6 +26,7 @@ from lenscl.expr.twice_writer import is_rational, twice_text
 
 if TYPE_CHECKING:  # these compute with numpy, which reading and writing expressions does not wait for
     from lenscl.expr.enclose import bounds, least
+    from lenscl.expr.undefined import why_undefined
     from lenscl.expr.values import evaluate, evaluate_with_error
 
 __all__ = [
@@ -56,9 +57,16 @@ __all__ = [
     "polynomial",
     "symbol",
     "twice_text",
+    "why_undefined",
 ]
 
-_NUMERIC = {"bounds": "enclose", "least": "enclose", "evaluate": "values", "evaluate_with_error": "values"}
+_NUMERIC = {
+    "bounds": "enclose",
+    "least": "enclose",
+    "evaluate": "values",
+    "evaluate_with_error": "values",
+    "why_undefined": "undefined",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -150,7 +150,7 @@ class Surface:
         if self.promised is not None:
             from lenscl.lenses.faces import face_problem  # numpy, which reading a study need not wait for
 
-            wrong = face_problem(self.expression, values, self.promised)
+            wrong = face_problem(self.expression, values, self.promised, self.formula)
             if wrong is not None:
                 yield "bounds", wrong
 

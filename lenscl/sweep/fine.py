@@ -46,7 +46,8 @@ def fine_share(scene: Scene, number: int) -> float:
         sides = [
             value_at(lens.surface.expression, dict(values), placement.local(world + way * step)) for way in (1, -1)
         ]
-        fine |= np.logical_and.reduce([~(side < 0.0) for side in sides])
+        # Where F has no value nothing is known to end there
+        fine |= np.logical_and.reduce([side >= 0.0 for side in sides])
     share = float(fine[np.isfinite(far[:, 0])].mean()) if np.isfinite(far).any() else 0.0
     return share if share >= _MANY else 0.0
 

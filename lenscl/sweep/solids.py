@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 PLACES = 33  # along each side of the bounds; odd, so that the centre is one of them
 _SURFACE_POINTS = 64
 _HALVINGS = 60
+_WIDER = (2.0, 4.0, 16.0)  # times as wide as the bounds, where a solid is looked for that is not in them
+_MOST_OF_IT = 0.5  # of such a box, where F is negative around a place at which it is positive
 _FLAT = 1e-6  # of F's rise over a place's width: the gradient of a third power is some 1e-20 of it there
 
 
@@ -29,17 +31,40 @@ def solid_spots(lens: Lens) -> Iterator[tuple[str, str]]:
     values = tuple(sorted(lens.values.items()))
     lowest = _least(surface.expression, values, surface.promised)
     if not lowest < 0.0:
-        yield (
-            "no-inside",
-            f"no point with F < 0 found in its bounds, at {PLACES**3} places: no lens will be seen, unless the solid "
-            "is very thin; an expression that changes no sign, such as a squared one, has no inside",
-        )
+        yield "no-inside", _no_inside(surface.expression, values, surface.promised, lowest)
     if lowest < 0.0 and _is_flat(surface.expression, values, surface.promised):
         yield (
             "no-slope",
             "the gradient of F is zero on its whole surface, as that of a third power is: there is no normal, and rays "
             "that meet it end undecided; take the root, an expression of the same sign that has a slope",
         )
+
+
+@lru_cache(maxsize=1024)  # a sweep of anything else asks for the same solid at every point
+def _no_inside(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box, lowest: float) -> str:
+    """Return what to say of a solid of which nothing is found in its bounds; F is no less than `lowest` there."""
+    start = f"no point with F < 0 found in its bounds, at {PLACES**3} places: "
+    if lowest == np.inf:
+        return f"{start}F has no value at any of them, and no lens will be seen"
+    for times in _WIDER:
+        ends = np.asarray(bounds, dtype=np.float64)
+        low, high = ends.mean(axis=0) + np.array([[-0.5], [0.5]]) * times * np.ptp(ends, axis=0)
+        wide: Box = ((low[0], low[1], low[2]), (high[0], high[1], high[2]))
+        found = on_grid(expression, values, wide)
+        if not (found < 0.0).any():
+            continue
+        place = [float(np.ravel(_grid(wide)["xyz"[axis]])[at]) for axis, at in enumerate(np.argwhere(found < 0.0)[0])]
+        where = f"({', '.join(f'{part:.3g}' for part in place)})"
+        reversed_sign = "if its sign is reversed, write -(F); else "
+        advice = reversed_sign if float((found < 0.0).mean()) > _MOST_OF_IT else ""
+        return (
+            f"{start}F is {lowest:.3g} at least, and no lens will be seen. Outside of them F is negative, as at "
+            f"{where}: {advice}move lens.bounds to where the solid is, in coordinates about the lens's centre"
+        )
+    return (
+        f"{start}F is {lowest:.3g} at least, and no lens will be seen, unless the solid is very thin; an expression "
+        "that changes no sign, such as a squared one, has no inside"
+    )
 
 
 @lru_cache(maxsize=1024)  # a sweep of anything else asks for the same solid at every point

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.config import Scene
-from lenscl.expr import Expr, jumps
+from lenscl.expr import Expr, jumps, why_undefined
 from lenscl.expr.graph import build, walk
 from lenscl.lenses import Box
 from lenscl.sweep.boxes import Array, Points, may_be_zero, most_boxes, parted, value_at
 from lenscl.sweep.solids import PLACES, on_grid
-from lenscl.sweep.view import place_in_view
+from lenscl.sweep.view import place_in_view, told_place
 
 _ASIDE = np.array([0.137, 0.291, 0.173])  # of a grid's step: a place so far beside a pole on the grid has a value
 _MOST_PLACES = 1000
@@ -29,6 +29,11 @@ _LEVELS = 9  # halvings of the bounds
 _STARTS = 64  # of the search for a pole, for each divisor
 _ZOOMS = 30
 _ZERO = 1e-9  # of a divisor's size in the bounds
+_POLES = {  # what they are, and what to write instead
+    "/": ("a division by 0", "Keep the divisor from 0, 1/(u^2 + 1e-6) for 1/u^2"),
+    "log": ("a logarithm of 0", "Keep its operand from 0, log(max(u, 1e-30)) for log(u)"),
+    "tan": ("a tangent of a right angle", "Write sin(u)/cos(u) < c as sin(u) - c*cos(u), where cos(u) > 0"),
+}
 _AROUND = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 3)] * 3), axis=-1).reshape(-1, 3)
 
 
@@ -39,13 +44,17 @@ def value_spots(scene: Scene, number: int) -> Iterator[tuple[str, str]]:
     if bounds is None:
         return
     values = tuple(sorted(lens.values.items()))
-    (lacks, lacking), (overflows, beyond) = _regions(lens.surface.expression, values, bounds)
+    expression, given = lens.surface.expression, dict(values)
+    (lacks, lacking), (overflows, beyond) = _regions(expression, values, bounds)
     if lacking:
-        place, _ = place_in_view(scene, number, lacking)
+        place, _, point = told_place(scene, number, lacking)
+        blamed = why_undefined(expression, given | dict(zip("xyz", point, strict=True)))
+        why, instead = blamed or ("an operation without a value", "sqrt(max(u, 0)) for sqrt(u)")
         yield (
             "no-value",
             f"F has no value in part of its bounds ({_percent(lacks)} of them), such as {place}; rays there may end "
-            "undecided. Let lens.bounds leave it out, or give F a value: sqrt(max(u, 0)) for sqrt(u)",
+            f"undecided. There F holds {why}, in the lens's own coordinates: write {instead}, or let lens.bounds leave "
+            "the place out",
         )
     if beyond:
         place, _ = place_in_view(scene, number, beyond)
@@ -55,15 +64,15 @@ def value_spots(scene: Scene, number: int) -> Iterator[tuple[str, str]]:
             "rays there may end undecided. Draw lens.bounds closer, or write what has the same sign and stays small: "
             "u - v for exp(u) - exp(v)",
         )
-    if poles := _poles(lens.surface.expression, values, bounds):
-        place, _ = place_in_view(scene, number, poles)
+    for first, (op, points) in enumerate(_poles(expression, values, bounds)):
+        what, instead = _POLES[op]
+        place, _ = place_in_view(scene, number, points)
         yield (
-            "pole",
-            f"F has a pole, a division by 0 or a logarithm of 0, such as {place}; rays that meet it may end "
-            "undecided. Keep the divisor from 0, 1/(u^2 + 1e-6) for 1/u^2, or let "
+            f"pole-{op}" if first else "pole",
+            f"F has a pole, {what}, such as {place}; rays that meet it may end undecided. {instead}, or let "
             "lens.bounds leave it out",
         )
-    if cuts := _cuts(lens.surface.expression, values, bounds):
+    if cuts := _cuts(expression, values, bounds):
         place, _ = place_in_view(scene, number, cuts)
         yield (
             "jump",
@@ -95,11 +104,12 @@ def _regions(
 
 
 @lru_cache(maxsize=1024)
-def _poles(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box) -> Points:
+def _poles(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box) -> tuple[tuple[str, Points], ...]:
+    """Return the operations that have poles, and some places of each, the inmost first."""
     given = dict(values)
     low, high = (np.asarray(corner, dtype=np.float64) for corner in bounds)
-    found = [np.zeros((0, 3))]
-    for divisor in _divisors(expression):
+    found: dict[str, list[Array]] = {}
+    for divisor, op in _divisors(expression).items():
         most, side, lows = most_boxes(divisor), high - low, low[None]
         for _ in range(_LEVELS):
             side = 0.5 * side
@@ -111,8 +121,10 @@ def _poles(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box)
             continue
         starts = lows[:: -(-len(lows) // _STARTS)] + 0.5 * side
         places, sizes = _least(divisor, given, starts, 0.5 * side)
-        found.append(places[sizes <= _ZERO * _size(divisor, given, low, high)])
-    return _inmost(np.clip(np.concatenate(found), low, high), low, high)
+        places = places[sizes <= _ZERO * _size(divisor, given, low, high)]
+        if len(places):
+            found.setdefault(op, []).append(places)
+    return tuple((op, _inmost(np.clip(np.concatenate(places), low, high), low, high)) for op, places in found.items())
 
 
 @lru_cache(maxsize=1024)
@@ -130,17 +142,17 @@ def _cuts(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box) 
     return _inmost(np.concatenate(found), low, high)
 
 
-def _divisors(expression: Expr) -> list[Expr]:
-    """Return what must not be zero, of what depends on the place."""
-    found: dict[Expr, None] = {}
+def _divisors(expression: Expr) -> dict[Expr, str]:
+    """Return what must not be zero, of what depends on the place, and for which operation."""
+    found: dict[Expr, str] = {}
     for each in walk([expression]):
         if each.op == "/":
-            found[each.args[1]] = None
+            found.setdefault(each.args[1], "/")
         elif each.op == "log" or (each.op == "pow" and (each.args[1].value or 0.0) < 0.0):
-            found[each.args[0]] = None
+            found.setdefault(each.args[0], "log" if each.op == "log" else "/")
         elif each.op == "tan":
-            found[build("cos", each.args[0])] = None
-    return [divisor for divisor in found if divisor.depends_on("xyz")]
+            found.setdefault(build("cos", each.args[0]), "tan")
+    return {divisor: op for divisor, op in found.items() if divisor.depends_on("xyz")}
 
 
 def _least(divisor: Expr, given: dict[str, float], points: Array, reach: Array) -> tuple[Array, NDArray[np.float64]]:

@@ -60,6 +60,12 @@ def place_in_view(scene: Scene, number: int, points: Points) -> tuple[str, int]:
     The points are of the lens's own space, one or more; told is the first in view, in the world. Where none is, the
     first of all is told without a pixel.
     """
+    text, in_view, _ = told_place(scene, number, points)
+    return text, in_view
+
+
+def told_place(scene: Scene, number: int, points: Points) -> tuple[str, int, tuple[float, float, float]]:
+    """Return what `place_in_view` does, and the point that is told."""
     placement = Placement.of(scene.lenses[number])
     world = placement.centre + np.array(points) @ placement.to_world.T
     places = on_film(scene, world)
@@ -69,6 +75,6 @@ def place_in_view(scene: Scene, number: int, points: Points) -> tuple[str, int]:
     x, y, z = (float(part) for part in np.round(world[told], max(0, 6 - int(np.ceil(np.log10(max(size, 1e-300)))))))
     place = f"at ({x + 0.0:g}, {y + 0.0:g}, {z + 0.0:g})"
     if not seen.size:
-        return place, 0
+        return place, 0, points[told]
     column, row = (int(part) for part in places[told])
-    return f"{place}, where film pixel ({row}, {column}) looks", int(seen.size)
+    return f"{place}, where film pixel ({row}, {column}) looks", int(seen.size), points[told]
