@@ -78,9 +78,9 @@ def open_study(path: Path, overrides: Sequence[str]) -> Study:
     """Load a study with what --set changes in it."""
     from lenscl.config import load_study, parse_override
 
-    study = load_study(path)
+    # What --set changes is judged as it is set: the file's own value may be wrong, missing or need what is not here
     changes = dict(parse_override(text) for text in overrides)
-    return study.with_overrides(changes) if changes else study
+    return load_study(path, changes) if changes else load_study(path)
 
 
 def many(count: int, noun: str) -> str:

@@ -62,7 +62,7 @@ def places(document: dict[str, Any]) -> dict[str, Place]:
         prefixes = [f"lens.{lens['name']}"] if "name" in lens else []
         for prefix in [*prefixes, "lens"] if len(lenses) == 1 else prefixes:
             parameters = dict.fromkeys(
-                [*(key for key in lens if key not in LENS_KEYS), *parameter_names(lens["surface"])]
+                [*(key for key in lens if key not in LENS_KEYS), *parameter_names(lens.get("surface"))]
             )
             _add(found, prefix, lens, ["name", "surface", "bounds", *parameters, *_LENS_KEYS])
     _add(found, "effects", document["effects"], [*EFFECTS, ENVIRONMENT])
@@ -83,7 +83,8 @@ def _add(found: dict[str, Place], prefix: str, table: dict[str, Any], keys: list
     for key in keys:
         found[f"{prefix}.{key}"] = Place(table, key, None)
         for component, index in _COMPONENTS.get(key, {}).items():
-            if isinstance(table.get(key), list):  # a surface's parameter may have such a name, and is a number
+            entry = table.get(key)
+            if isinstance(entry, list) and index < len(entry):  # a surface's parameter may have such a name
                 found[f"{prefix}.{key}.{component}"] = Place(table, key, index)
 
 
@@ -195,7 +196,7 @@ def _drop_old_surface(lens: dict[str, Any], new: str) -> None:
     defaults: dict[str, float] = {}
     if is_catalogue_name(new):  # an expression has no defaults: what it names, it needs
         lens.pop("bounds", None)
-        old = catalogue().get(lens["surface"])
+        old = catalogue().get(str(lens.get("surface")))
         defaults = {} if old is None else {parameter.name: parameter.default for parameter in old.parameters}
     for key in [key for key in lens if key not in LENS_KEYS]:
         if key not in has or lens[key] == defaults.get(key):

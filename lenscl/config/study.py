@@ -5,6 +5,7 @@ from __future__ import annotations
 import glob
 import itertools
 from collections.abc import Iterator, Mapping
+from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +14,8 @@ from typing import Any
 from lenscl.config.build import read_scene, read_table, unknown_top_keys
 from lenscl.config.keys import places, rivals_of, whole_of
 from lenscl.config.load import parse_text, read_text
-from lenscl.config.problems import as_plain, file_text, key_text, short, study_error
+from lenscl.config.overrides import left_over, parted, written_into
+from lenscl.config.problems import file_text, key_text, short, study_error
 from lenscl.config.scene import Frozen, Scene
 from lenscl.config.sweep import Sweep, check_count, read_sweep
 from lenscl.config.sweep_keys import check_keys
@@ -142,11 +144,14 @@ class Study:
         StudyError
             With every problem, each led by its key.
         """
+        study = self._overridden(changes)
+        _check_points(study)
+        return study
+
+    def _overridden(self, changes: Mapping[str, Any]) -> Study:
+        """Return the study with some of its keys set, its points not tried."""
         problems: list[str] = []
-        outer = {
-            key: value for key, value in changes.items() if key == "title" or key.split(".")[0] in ("output", "sweep")
-        }
-        inner = {key: as_plain(value) for key, value in changes.items() if key not in outer}
+        outer, inner = parted(changes)
         title, output, sweep = self._with_outer(outer, problems)
         scene = self.scene
         try:
@@ -164,7 +169,7 @@ class Study:
                     problems.append(f"{key_text(key)}: cannot be set, because the axis {axis} stands in its place")
         if problems:
             raise study_error(problems)
-        study = replace(
+        return replace(
             self,
             title=title,
             scene=scene,
@@ -173,8 +178,6 @@ class Study:
             images=_find_images(scene, self.folder),
             overrides=Frozen({**self.overrides, **changes}),
         )
-        _check_points(study)
-        return study
 
     def _with_outer(self, changes: Mapping[str, Any], problems: list[str]) -> tuple[str, Output, Sweep]:
         """Return the title, output and sweep with keys of theirs changed."""
@@ -206,13 +209,16 @@ class Study:
         return {key: known[key].value() if key in known else None for key in self.axes}
 
 
-def load_study(path: str | Path) -> Study:
+def load_study(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Study:
     """Read a study file.
 
     Parameters
     ----------
     path : str or Path
         A TOML file; `picture.images` is relative to its folder.
+    overrides : mapping, optional
+        Keys to set before anything is judged, as `Study.with_overrides` takes them: what is set need not be right, or
+        there, in the file.
 
     Raises
     ------
@@ -220,10 +226,16 @@ def load_study(path: str | Path) -> Study:
         With every problem, each led by its key, or by the file where it cannot be read at all.
     """
     file = Path(path)
-    return study_from_toml(read_text(file), folder=file.parent, path=file)
+    return study_from_toml(read_text(file), folder=file.parent, path=file, overrides=overrides)
 
 
-def study_from_toml(text: str, *, folder: str | Path = ".", path: Path | None = None) -> Study:
+def study_from_toml(
+    text: str,
+    *,
+    folder: str | Path = ".",
+    path: Path | None = None,
+    overrides: Mapping[str, Any] | None = None,
+) -> Study:
     """Read a study from a text.
 
     Parameters
@@ -234,18 +246,37 @@ def study_from_toml(text: str, *, folder: str | Path = ".", path: Path | None = 
         What `picture.images` is relative to.
     path : Path, optional
         Where the text came from; it names the study where the text has no title.
+    overrides : mapping, optional
+        Keys to set before anything is judged; see `load_study`.
 
     Raises
     ------
     StudyError
         With every problem, each led by its key.
     """
+    document, changes = parse_text(text, "study" if path is None else file_text(path)), overrides or {}
+    try:
+        study = _read_study(deepcopy(document) if changes else document, Path(folder), path)
+    except StudyError as error:
+        if not changes or not written_into(document, changes):
+            raise
+        try:
+            study = _read_study(document, Path(folder), path)
+        except StudyError as left:
+            raise left_over(left, error) from None
+    if changes:
+        study = study._overridden(changes)
+    _check_points(study)
+    return study
+
+
+def _read_study(document: dict[str, Any], folder: Path, path: Path | None) -> Study:
+    """Return the study of a document, its points not tried."""
     problems: list[str] = []
-    document = parse_text(text, "study" if path is None else file_text(path))
     unknown_top_keys(document, TOP_KEYS, problems.append)
     title = _read_title(document, "study" if path is None else path.stem, problems)
     if isinstance(effects := document.get("effects"), dict):
-        document["effects"] = _placed(effects, Path(folder), ENVIRONMENT)
+        document["effects"] = _placed(effects, folder, ENVIRONMENT)
     scene = read_scene(document, problems)
     sweep = read_sweep(document, problems.append)
     output = _read_output(document, problems)
@@ -253,18 +284,16 @@ def study_from_toml(text: str, *, folder: str | Path = ".", path: Path | None = 
         check_keys(sweep, scene, problems)
     if scene is None or problems:
         raise study_error(problems)
-    study = Study(
+    return Study(
         title=title,
         scene=scene,
         path=path,
-        folder=Path(folder),
-        images=_find_images(scene, Path(folder)),
+        folder=folder,
+        images=_find_images(scene, folder),
         sweep=sweep,
         output=output,
         overrides=Frozen(),
     )
-    _check_points(study)
-    return study
 
 
 def scene_from_toml(text: str) -> Scene:
