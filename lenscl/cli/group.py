@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -15,7 +15,7 @@ import click
 from lenscl.errors import LensclError, StudyError
 
 if TYPE_CHECKING:
-    from lenscl.config import Study
+    from lenscl.config import Scene, Study
 
 INTERRUPTED = 130
 SOME_FAILED = 3
@@ -81,6 +81,14 @@ def open_study(path: Path, overrides: Sequence[str]) -> Study:
     # What --set changes is judged as it is set: the file's own value may be wrong, missing or need what is not here
     changes = dict(parse_override(text) for text in overrides)
     return load_study(path, changes) if changes else load_study(path)
+
+
+def tell_stretched(scenes: Iterable[Scene], images: Iterable[Path]) -> None:
+    """Note on standard error where a film or a picture shows things longer one way than the other."""
+    from lenscl.sweep import stretch_notes
+
+    for text in stretch_notes(scenes, images):
+        click.echo(plain(f"note: {text}"), err=True)
 
 
 def many(count: int, noun: str) -> str:

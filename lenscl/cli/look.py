@@ -27,10 +27,10 @@ def check(study_path: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     """Validate a study; list its points, its pictures and what is hard about its scenes.
 
     Hard spots are found from boxes, planes, the source and F on small boxes; nothing is traced. Among them are points
-    and creases without a normal where the film looks at them, parts thinner than a film pixel, and expressions without
-    an inside, a slope or a value, or with a pole. They are reasons to look twice, not faults. A picture that cannot be
-    read, or not be written in the study's format, and a pattern that no file matches are faults: exit code 3. So is an
-    image that lenses reflect, if it cannot be read.
+    and creases without a normal where the film looks at them, parts thinner than a film pixel, expressions without an
+    inside, a slope or a value, or with a pole, and films and pictures that stretch what they show. They are reasons to
+    look twice, not faults. A picture that cannot be read, or not be written in the study's format, and a pattern that
+    no file matches are faults: exit code 3. So is an image that lenses reflect, if it cannot be read.
 
     \b
     Example:

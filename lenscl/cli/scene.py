@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lenscl.cli.group import open_study, plain, set_option, study_argument
+from lenscl.cli.group import open_study, plain, set_option, study_argument, tell_stretched
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -90,6 +90,7 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
     study = open_study(study_path, overrides)
     if study.scene.wavelengths:
         refuse_wavelengths(output)
+    tell_stretched([study.scene], ())
     raymap, achieved = _trace(study, study.images)
     error = None
     if with_error:
@@ -139,6 +140,7 @@ def _render(study: Study, image: Path, output: Path) -> None:
     from lenscl.version import program_version
 
     picture = read_picture(image)
+    tell_stretched([study.scene], [image])
     raymap, achieved = _trace(study, [*study.images, image])
     painted, encoding = paint_as_told(painter_of(raymap), picture, study.scene, output.suffix.lower()[1:])
     metadata = {

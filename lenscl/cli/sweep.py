@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lenscl.cli.group import INTERRUPTED, SOME_FAILED, many, open_study, plain, set_option, study_argument
+from lenscl.cli.group import (
+    INTERRUPTED,
+    SOME_FAILED,
+    many,
+    open_study,
+    plain,
+    set_option,
+    study_argument,
+    tell_stretched,
+)
 
 if TYPE_CHECKING:
     from lenscl.sweep import SweepPlan
@@ -118,9 +127,10 @@ def _run(plan: SweepPlan, fresh: bool) -> None:
     from lenscl.cli.findings import PointFindings
     from lenscl.cli.interrupt import Interrupt
     from lenscl.cli.progress import Progress
-    from lenscl.sweep import Store, cells, csv_line, header, run_sweep
+    from lenscl.sweep import Store, cells, csv_line, header, run_sweep, shown_scenes
 
     click.echo(_size(plan), err=True)
+    tell_stretched(shown_scenes(plan.study), plan.study.images)
     axes = plan.study.axes
     made = kept = 0
     failed: list[str] = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -137,6 +138,24 @@ def _plain(name: str) -> str:
 _BY_PLAIN_NAME = {_plain(str(row.name)): row for row in _ROWS}
 
 
+def _nearest(plain: str) -> Material | None:
+    """Return the material whose name, or other name in its source, is nearest; a glass keeps its number."""
+    named = {**_by_source(), **_BY_PLAIN_NAME}
+    if plain in named:
+        return named[plain]
+    digits = re.sub(r"\D", "", plain)
+    fits = [other for other in named if re.sub(r"\D", "", other) == digits]
+    near = difflib.get_close_matches(plain, fits, n=1, cutoff=0.6) or [
+        other for other in fits if len(other) > 2 and (other in plain or (len(plain) > 2 and plain in other))
+    ]
+    return named[near[0]] if near else None
+
+
+def _by_source() -> dict[str, Material]:
+    """Return the materials by what their sources call them: the last words, as in "..., N-BK7"."""
+    return {_plain(row.source.rpartition(", ")[2]): row for row in _ROWS if re.fullmatch(r".*, [A-Z0-9-]+", row.source)}
+
+
 def material_names() -> tuple[str, ...]:
     """Return the names of the catalogue, in its order."""
     return tuple(CATALOGUE)
@@ -153,8 +172,8 @@ def material(name: str) -> Material:
     found = _BY_PLAIN_NAME.get(_plain(name[:100]))
     if found is not None:
         return found
-    near = difflib.get_close_matches(_plain(name[:100]), _BY_PLAIN_NAME, n=1, cutoff=0.5)
-    advice = f'did you mean "{_BY_PLAIN_NAME[near[0]].name}"?' if near else f"known are {', '.join(CATALOGUE)}"
+    near = _nearest(_plain(name[:100]))
+    advice = f'did you mean "{near.name}"?' if near else f"known are {', '.join(CATALOGUE)}"
     raise StudyError([f"unknown material {name[:60]!r}; {advice}"])
 
 

@@ -15,6 +15,7 @@ from lenscl.sweep.plan import SweepPlan, plan_sweep
 from lenscl.sweep.rows import Row, cells, csv_line, csv_lines, header
 from lenscl.sweep.runner import run_sweep
 from lenscl.sweep.store import Store
+from lenscl.sweep.stretch import shown_scenes, stretch_notes
 
 __all__ = [
     "HardSpot",
@@ -32,5 +33,7 @@ __all__ = [
     "plan_sweep",
     "refused_format",
     "run_sweep",
+    "shown_scenes",
+    "stretch_notes",
     "study_hard_spots",
 ]
