@@ -27,10 +27,11 @@ def check(study_path: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     """Validate a study; list its points, its pictures and what is hard about its scenes.
 
     Hard spots are found from boxes, planes, the source and F on small boxes; nothing is traced. Among them are points
-    and creases without a normal where the film looks at them, parts thinner than a film pixel, expressions without an
-    inside, a slope or a value, or with a pole, and films and pictures that stretch what they show. They are reasons to
-    look twice, not faults. A picture that cannot be read, or not be written in the study's format, and a pattern that
-    no file matches are faults: exit code 3. So is an image that lenses reflect, if it cannot be read.
+    and creases without a normal where the film looks at them, parts thinner than a film pixel, and expressions without
+    an inside, a slope or a value, or with a pole. They are reasons to look twice, not faults; nor are the remarks on
+    films and pictures that stretch what they show. A picture that cannot be read, or not be written in the study's
+    format, and a pattern that no file matches are faults: exit code 3. So is an image that lenses reflect, if it cannot
+    be read.
 
     \b
     Example:
@@ -85,7 +86,7 @@ def schema() -> None:
 
 
 def _examine(study: Study) -> dict[str, Any]:
-    from lenscl.sweep import study_hard_spots
+    from lenscl.sweep import shown_scenes, stretch_notes, study_hard_spots
 
     spots, looked_at = study_hard_spots(study)
     return {
@@ -96,6 +97,7 @@ def _examine(study: Study) -> dict[str, Any]:
         "environment": _try_environment(study.scene),
         "unmatched": [text for text in _patterns(study) if not _matches(text, study.folder)],
         "points_looked_at": looked_at,
+        "remarks": stretch_notes(shown_scenes(study), study.images),
         "hard_spots": [
             {"key": spot.key, "kind": spot.kind, "message": spot.message, "points": list(spot.points)} for spot in spots
         ],
@@ -173,6 +175,10 @@ def _print_findings(study: Study, found: dict[str, Any]) -> None:
         click.echo(f"  {spot['key']}: {spot['message']}{_where(spot['points'], found['points_looked_at'])}")
     if found["points_looked_at"] < points:
         click.echo(f"  (looked at {found['points_looked_at']} of {points} points)")
+    if found["remarks"]:
+        click.echo("\nRemarks:")
+    for remark in found["remarks"]:
+        click.echo(plain(f"  {remark}"))
 
 
 def _where(points: list[int], looked_at: int) -> str:

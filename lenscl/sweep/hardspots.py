@@ -7,7 +7,6 @@ of two lenses overlap and no point of both solids is found, the solids may keep 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -19,7 +18,6 @@ from lenscl.errors import StudyError
 from lenscl.expr import evaluate
 from lenscl.sweep.shapes import shape_spots
 from lenscl.sweep.solids import solid_spots
-from lenscl.sweep.stretch import Sizes, sizes_of, stretched_film, stretched_picture
 from lenscl.sweep.values import value_spots
 from lenscl.tracing import Placement, locate, methods_of, reach_of
 
@@ -59,12 +57,12 @@ def study_hard_spots(study: Study, *, most_points: int = 250) -> tuple[tuple[Har
     stride = max(1, -(-study.point_count() // most_points))
     found: dict[tuple[str, str], HardSpot] = {}
     where: dict[tuple[str, str], list[int]] = {}
-    looked_at, sizes = 0, sizes_of(study.images)
+    looked_at = 0
     for point in study.points():
         if point.index % stride:
             continue
         looked_at += 1
-        for spot in (*_spots_of(point), *_spots_of_images(point, sizes)):
+        for spot in _spots_of(point):
             name = (spot.key, spot.kind)
             found.setdefault(name, spot)
             where.setdefault(name, []).append(point.index)
@@ -81,20 +79,12 @@ def _spots_of(point: Point) -> tuple[HardSpot, ...]:
         )
 
 
-def _spots_of_images(point: Point, sizes: Sizes) -> Iterator[HardSpot]:
-    with suppress(StudyError):  # values that do not go together are told of as such
-        for number, message in enumerate(stretched_picture(point.scene, sizes)):
-            yield HardSpot("picture", f"stretched-{number}", message)
-
-
 def hard_spots(scene: Scene) -> Iterator[HardSpot]:
     """Yield the hard spots of one scene."""
     placed = [(scene.lens_key(number), Placement.of(lens)) for number, lens in enumerate(scene.lenses)]
     for number, lens in enumerate(scene.lenses):
         for kind, message in (*solid_spots(lens), *value_spots(scene, number), *shape_spots(scene, number)):
             yield HardSpot(scene.lens_key(number), kind, message)
-    for message in stretched_film(scene):
-        yield HardSpot("film", "stretched", message)
     yield from _source_in_a_lens(scene)
     yield from _source_on_the_film(scene)
     yield from _overlaps(scene, placed)

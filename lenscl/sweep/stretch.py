@@ -43,8 +43,8 @@ def stretch_notes(scenes: Iterable[Scene], images: Iterable[Path]) -> list[str]:
     sizes, found = sizes_of(images), dict[str, str]()
     for scene in scenes:
         for key, messages in (("film", stretched_film(scene)), ("picture", stretched_picture(scene, sizes))):
-            for message in messages:
-                found.setdefault(key, f"{key}: {message}")
+            for number, message in enumerate(messages):
+                found.setdefault(f"{key} {number}", f"{key}: {message}")
     return list(found.values())
 
 
