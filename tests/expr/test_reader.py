@@ -4,12 +4,13 @@ import subprocess
 import sys
 import textwrap
 
+import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 from lenscl.errors import ExpressionError
-from lenscl.expr import FUNCTIONS, OPERATIONS, evaluate, parse
+from lenscl.expr import FUNCTIONS, OPERATIONS, advice, evaluate, parse
 
 NAMES = ["x", "y", "z", "k"]
 
@@ -98,6 +99,88 @@ def test_what_is_no_expression_is_refused_at_its_column(text, column, message):
     assert message in caught.value.message
     assert caught.value.column == column
     assert len(str(caught.value)) < 600  # a message, not the text again
+
+
+OTHERWISE = {  # text: column, what the message names, and what it says to write
+    "x² + y²": (1, "'²' (superscript two, U+00B2)", "x^2"),
+    "x³": (1, "superscript three", "^3 or **3"),
+    "k⁻¹²": (1, "superscript minus", "k^-12"),
+    "(x + y)²": (7, "superscript two", "(...)^2"),
+    "xⁿ": (1, "superscript latin small letter n", "x^n"),
+    "2×x": (1, "multiplication sign", "products as *"),
+    "2·x": (1, "middle dot", "products as *"),
+    "x∗y": (1, "asterisk operator", "products as *"),
+    "x÷2": (1, "division sign", "quotients as /"),
+    "x − 1": (2, "minus sign, U+2212", "minus sign as -"),
+    "x – 1": (2, "en dash", "minus sign as -"),
+    "√x": (0, "square root", "sqrt(x)"),
+    "∛(x + y)": (0, "cube root", "cbrt(x + y)"),
+    "π*x": (0, "greek small letter pi", "3.141592653589793"),
+    "½*x": (0, "one half", "0.5"),
+    "|x| - 1": (0, "'|'", "abs(x)"),
+    "x^2 ≤ 0": (4, "less-than or equal to", "leave out what stands from there on"),
+    "x^2 + y^2 = 1": (10, "'='", "x^2 + y^2 - (1)"),
+    "x^2 <= 1": (4, "'<'", "x^2 - (1)"),
+    "x^2 >= 1": (4, "'>'", "1 - (x^2)"),
+    "x^2 > 0": (4, "'>'", "-(x^2)"),
+    "F(x, y, z) = x^2": (11, "'='", "only what stands right of it"),
+    "x\u00a0+ y": (1, "no-break space", "ordinary space"),
+    "x\u2009+ y": (1, "thin space", "ordinary space"),
+    "x +\u200b y": (3, "zero width space", "ordinary space"),
+    "“x”": (0, "left double quotation mark", "quotation marks"),
+    "ｘ": (0, "fullwidth latin small letter x", "write x"),
+    "х": (0, "cyrillic small letter ha", "letters a to z"),
+    "α*x": (0, "greek small letter alpha", "letters a to z"),
+    "0,5*x": (1, "a comma", "like 0.5"),
+    "y + 1,25*x": (5, "a comma", "like 0.5"),
+    "sqrt(0,5)": (0, "got 2", "like 0.5"),
+    "X^2": (0, "'X'", "did you mean 'x'?"),
+    "pi*x": (0, "'pi'", "3.141592653589793"),
+    "E*x": (0, "'E'", "2.718281828459045"),
+    "xy": (0, "'xy'", "x*y"),
+    "x2 + 1": (0, "'x2'", "x^2"),
+    "2x": (1, "operator is missing", "2*x"),
+    "2(x + 1)": (1, "operator is missing", "2*(...)"),
+    "sin x": (4, "operator is missing", "sin(x)"),
+    "sin^2(x)": (5, "operator is missing", "sin(...)^2"),
+    "math.sqrt(x)": (4, "attributes", "sqrt(...) without math"),
+    "np.pi*x": (2, "attributes", "3.141592653589793 for np.pi"),
+    "np.arcsin(x)": (2, "attributes", "atan2(u, sqrt(1 - u^2))"),
+    "ln(x)": (0, "'ln'", "log(u)"),
+    "arctan(x)": (0, "'arctan'", "atan2(u, 1)"),
+    "SQRT(x)": (0, "'SQRT'", "did you mean 'sqrt'?"),
+    "floor(x)": (0, "'floor'", "min, max and abs"),
+}
+
+
+@pytest.mark.parametrize("text", OTHERWISE)
+def test_what_is_written_otherwise_is_named_and_how_it_is_written(text):
+    column, named, instead = OTHERWISE[text]
+    with pytest.raises(ExpressionError) as caught:
+        parse(text, NAMES)
+    assert caught.value.column == column
+    assert named in caught.value.message
+    assert instead in caught.value.message
+    assert "\\x" not in caught.value.message or not text.isprintable()
+
+
+def test_an_unknown_function_comes_with_those_that_there_are():
+    for name in ("foo", "sqr", "ln", "asinh", "floor"):
+        with pytest.raises(ExpressionError) as caught:
+            parse(f"{name}(x)", NAMES)
+        assert all(f"{known}" in caught.value.message.split("functions are")[1] for known in FUNCTIONS)
+
+
+def test_what_stands_for_a_function_of_another_notation_can_be_read_and_has_its_value():
+    other = {"ln": np.log, "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "expm1": np.expm1}
+    u, checked = np.array([0.2, 0.7]), 0
+    for name, instead in advice._OTHERWISE.items():
+        made = parse(instead, ["u", "v", "p", "n", "x", "y", "z", "low", "high", "F", "G"])
+        exact = other.get(name) or getattr(np, name, None)
+        if exact is not None and made.depends_on("u") and not made.depends_on(["v", "p", "n", "low"]):
+            np.testing.assert_allclose(evaluate(made, {"u": u}), exact(u), rtol=1e-14)
+            checked += 1
+    assert checked >= 15
 
 
 def test_nothing_in_an_expression_is_executed(tmp_path):

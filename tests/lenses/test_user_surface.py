@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import ast
 import pickle
+import re
 
 import pytest
 
@@ -108,3 +110,95 @@ def test_what_is_no_surface_is_refused_with_its_column(text, message):
     with pytest.raises(ExpressionError, match=message) as caught:
         user_surface(text, ["k"], CUBE)
     assert 0 <= caught.value.column <= len(text)
+
+
+def advised(text: str, side: float = 2.0) -> str:
+    """What is said of an expression in a cube; `problems` of the bounds, one of them."""
+    ((key, message),) = user_surface(text, [], ((-side,) * 3, (side,) * 3)).problems({})
+    assert key == "bounds"
+    return message
+
+
+REVERSED = [  # expressions that are positive inside, and the cube's half side
+    ("1 - x**2 - y**2 - z**2", 2.0),
+    ("1 - x**2 - y**2 - z**2", 0.9),  # bounds too tight as well: the faces cut the ball
+    ("1 - x**2 - y**2 - z**2", 0.6),  # likewise, F is negative at the corners alone
+    ("1 - x^4 - y^4 - z^4", 1.0),  # touches
+    ("0.06 - (sqrt(x^2 + y^2) - 0.7)^2 - z^2", 1.5),
+    ("min(1 - x^2 - y^2 - z^2, z)", 2.0),
+    ("exp(1 - x^2 - y^2 - 2*z^2) - 1", 2.0),
+    ("-(max(abs(x), abs(y), abs(z)) - 0.8)", 1.0),
+    ("0.3 - (x - 1)^2 - y^2 - z^2", 2.0),
+    ("1 - x^2 - y^2", 2.0),  # without end, too
+]
+NOT_REVERSED = [
+    "x^2 + y^2 - 1",
+    "x^2 + y^2 + z^2 - 5",
+    "x^2 + y^2 + z^2 - 10.3",  # fills the bounds but for their corners
+    "x^2 + y^2 + z^2 - 30",
+    "abs(z) - 1.9",
+    "z - 0.5",
+    "x - 10",
+    "x^2 + y^2 - z^2 - 1",
+    "sin(3*x)*cos(3*y) + sin(3*y)*cos(3*z) + sin(3*z)*cos(3*x)",
+    "max(sqrt(x^2 + y^2 + z^2) - 2.1, 1 - sqrt(x^2 + y^2 + z^2))",  # a shell
+    "-1 - x^2",
+    "x*y*z",
+]
+
+
+@pytest.mark.parametrize(("text", "side"), REVERSED)
+def test_a_reversed_sign_is_told_and_turning_it_round_mends_it(text, side):
+    message = advised(text, side)
+    assert "its sign seems to be reversed" in message
+    turned = re.search(r"; try (.*)\. If the solid", message)[1]
+    assert turned == f"-({text})"
+    left = [what for _, what in user_surface(turned, [], ((-4.0,) * 3, (4.0,) * 3)).problems({})]
+    assert left == [] if text != "1 - x^2 - y^2" else "along z it goes on" in left[0]
+
+
+@pytest.mark.parametrize("text", NOT_REVERSED)
+def test_a_sign_that_is_right_is_not_called_reversed(text):
+    message = advised(text)
+    assert "reversed" not in message
+    assert "a ball, max(F" in message
+
+
+@pytest.mark.parametrize(
+    ("text", "reach"),
+    [
+        ("x^2 + y^2 + z^2 - 5", 5**0.5),
+        ("x^2 + y^2 + z^2 - 30", 30**0.5),
+        ("(x - 3)^2 + y^2 + z^2 - 1.5", 3 + 1.5**0.5),
+        ("x^2 + y^2/4 + z^2/9 - 1", 3.0),
+    ],
+)
+def test_bounds_that_are_too_tight_are_answered_by_bounds_that_hold_the_solid(text, reach):
+    wide = ast.literal_eval(re.search(r"widen the bounds: (\[\[.*?\]\]) would hold it", advised(text))[1])
+    assert list(user_surface(text, [], (tuple(wide[0]), tuple(wide[1]))).problems({})) == []
+    assert reach < max(wide[1]) < 1.6 * reach
+
+
+@pytest.mark.parametrize(
+    ("text", "axes"),
+    [
+        ("x^2 + y^2 - 1", "z"),
+        ("y^2 + z^2 - 1", "x"),
+        ("(x - 0.3*y)^2 + (z + 0.7*y)^2 - 0.5", "y"),
+        ("abs(z) - 1.5", "x and y"),
+        ("z - 0.5", "x, y and z"),
+        ("x^2 + y^2 - z", "z"),
+    ],
+)
+def test_a_solid_without_end_is_told_with_the_axes_along_which_it_goes_on(text, axes):
+    assert f"along {axes} it goes on beyond bounds 32 times as wide" in advised(text)
+
+
+def test_a_solid_that_fills_its_bounds_is_told_as_such():
+    assert "the solid fills the bounds" in advised("x^2 + y^2 + z^2 - 30")
+    assert "the solid fills the bounds" in advised("-1 - x^2")
+    assert "the solid fills the bounds" not in advised("x^2 + y^2 - 1")
+
+
+def test_a_pole_on_a_face_is_told_with_its_operand():
+    assert "there F holds the logarithm of x = 0" in advised("log(x) + y^2")
