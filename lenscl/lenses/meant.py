@@ -39,7 +39,7 @@ def meant_as(text: str) -> str | None:
     """
     if not text.strip():
         return f"is empty; {_WAYS}"
-    if re.match(r"\s*[A-Za-z][A-Za-z0-9+.-]*:/", text):
+    if re.match(r"\s*[A-Za-z][A-Za-z0-9+.-]+:/", text):
         return f"{_quoted(text)} is an address, and nothing is fetched; {_WAYS}"
     if _is_file(text):
         stem = re.split(r"[/\\]", text.strip())[-1].rpartition(".")[0]

@@ -343,6 +343,87 @@ def test_an_unknown_surface_is_refused_with_the_nearest(base, problems):
     assert "torus" in found
 
 
+NO_SURFACES = [  # texts that are neither of the catalogue nor expressions, and what is said of them
+    ("bunny.stl", '"bunny.stl" looks like the name of a file, and files of meshes are not read'),
+    ("models/bunny.OBJ", "looks like the name of a file"),
+    ("./a.ply", "looks like the name of a file"),
+    ("scan-2 (final).glb", "looks like the name of a file"),
+    ("C:/models/part.step", "looks like the name of a file"),
+    ("~/models/bunny", "looks like the name of a file"),
+    ("models/bunny", "looks like the name of a file"),
+    ("lens.zmx", "looks like the name of a file"),
+    ("thing.xyz", "looks like the name of a file"),
+    ("torus.stl", '(did you mean "torus"?)'),
+    ("https://example.org/bunny.stl", "is an address, and nothing is fetched"),
+    ("file:///bunny.stl", "is an address, and nothing is fetched"),
+    ("", "is empty; write a name of the catalogue"),
+    ("  ", "is empty; write a name of the catalogue"),
+    ("elipsoid", 'did you mean "ellipsoid"?'),
+    ("Torus", 'did you mean "torus"?'),
+    (" torus ", 'did you mean "torus"?'),
+    ("plano-convex", 'did you mean "plano_convex"?'),
+    ("ball lens", 'did you mean "ball"?'),
+    ("gyroid", "the catalogue has sphere, ellipsoid, torus"),
+    ("my own lens", "the catalogue has sphere, ellipsoid, torus"),
+    ("torus(0.7, 0.2)", 'surface = "torus", with R = ..., r = ...'),
+    ("x^2 + y^2 + z^2 - rad^2", "given in the lens table: rad = ..."),
+]
+
+
+@pytest.mark.parametrize("bounds", ["", "bounds = [[-1, -1, -1], [1, 1, 1]]"])
+@pytest.mark.parametrize("more", ["", "scale = 2.0"])
+@pytest.mark.parametrize(("text", "says"), NO_SURFACES)
+def test_what_is_no_surface_is_told_as_what_it_is(base, problems, text, says, bounds, more):
+    written = f"surface = '{text}'\n{bounds}\n{more}"
+    found = problems(base.replace('surface = "torus"\nR = 0.7\nr = 0.25', written))
+    told = [problem for problem in found if not problem.startswith("lens.scale: unknown key")]
+    assert len(told) == 1
+    assert told[0].startswith("lens.surface: ")
+    assert says in told[0]
+
+
+@pytest.mark.parametrize("text", ["rad/height + x^2 + y^2 + z^2 - 2", "rad - height + x^2 + y^2 + z^2 - 0.5"])
+def test_what_could_be_a_path_or_a_name_but_reads_as_an_expression_is_one(base, problems, text):
+    written = f"surface = '{text}'\nbounds = [[-2, -2, -2], [2, 2, 2]]\nrad = 0.5\nheight = 0.5"
+    assert problems(base.replace('surface = "torus"\nR = 0.7\nr = 0.25', written)) == ()
+
+
+@pytest.mark.parametrize("table", ["source", "film", "picture", "medium", "effects", "numerics", "output", "sweep"])
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_table_that_there_is_once_is_no_list_of_tables(base, problems, table, count):
+    head = f"[{table}]\n"
+    text = base if head in base else base + head
+    own = text.split(head)[1].split("[")[0] if table not in ("source", "film", "picture") else ""
+    text = text.replace(head, f"[[{table}]]\n{own}" * (count - 1) + f"[[{table}]]\n")
+    (found,) = [problem for problem in problems(text) if problem.startswith(f"{table}: ")]
+    assert f"is a single table, written [{table}]" in found
+    assert (f"here are {count} of it; " in found) == (count == 2)
+
+
+def test_lenses_as_tables_of_their_own_are_named_lenses(base, problems):
+    (found,) = problems(base.replace("[[lens]]", "[lens.front]"))
+    assert found.startswith(
+        "lens: a study has one lens or more, so its table is written [[lens]], with double brackets"
+    )
+    assert '[lens.front] is [[lens]] with a key name = "front"' in found
+
+
+@pytest.mark.parametrize(
+    ("name", "nearest"),
+    [("N-BK7", "BK7"), ("N-SF11", "SF11"), ("N-BAK4", "BaK4"), ("PMMA", "acrylic"), ("silica", "fused silica")],
+)
+def test_a_material_of_another_name_is_refused_with_the_nearest(base, problems, name, nearest):
+    (found,) = problems(base.replace("n = 1.5", f'n = "{name}"'))
+    assert f'did you mean "{nearest}"?' in found
+
+
+@pytest.mark.parametrize("name", ["SF6", "F5", "LAK9", "perspex"])
+def test_a_glass_of_another_number_is_not_called_the_nearest(base, problems, name):
+    (found,) = problems(base.replace("n = 1.5", f'n = "{name}"'))
+    assert "did you mean" not in found
+    assert "known are vacuum, air, water" in found
+
+
 def test_an_expression_that_cannot_be_read_says_where(base, problems):
     text = base.replace(
         'surface = "torus"\nR = 0.7\nr = 0.25', "surface = \"x + __import__('os')\"\nbounds = [[-1,-1,-1],[1,1,1]]"
