@@ -19,7 +19,7 @@ PLACES = 33  # along each side of the bounds; odd, so that the centre is one of 
 _SURFACE_POINTS = 64
 _HALVINGS = 60
 _WIDER = (2.0, 4.0, 16.0)  # times as wide as the bounds, where a solid is looked for that is not in them
-_MOST_OF_IT = 0.5  # of such a box, where F is negative around a place at which it is positive
+_MOST_OF_IT = 0.9  # of the faces of the widest, where F is negative all around a place at which it is positive
 _FLAT = 1e-6  # of F's rise over a place's width: the gradient of a third power is some 1e-20 of it there
 
 
@@ -47,16 +47,16 @@ def _no_inside(expression: Expr, values: tuple[tuple[str, float], ...], bounds: 
     if lowest == np.inf:
         return f"{start}F has no value at any of them, and no lens will be seen"
     for times in _WIDER:
-        ends = np.asarray(bounds, dtype=np.float64)
-        low, high = ends.mean(axis=0) + np.array([[-0.5], [0.5]]) * times * np.ptp(ends, axis=0)
-        wide: Box = ((low[0], low[1], low[2]), (high[0], high[1], high[2]))
+        wide = _widened(bounds, times)
         found = on_grid(expression, values, wide)
         if not (found < 0.0).any():
             continue
         place = [float(np.ravel(_grid(wide)["xyz"[axis]])[at]) for axis, at in enumerate(np.argwhere(found < 0.0)[0])]
         where = f"({', '.join(f'{part:.3g}' for part in place)})"
         reversed_sign = "if its sign is reversed, write -(F); else "
-        advice = reversed_sign if float((found < 0.0).mean()) > _MOST_OF_IT else ""
+        far = on_grid(expression, values, _widened(bounds, _WIDER[-1]))
+        around = np.concatenate([np.ravel(np.take(far, (0, -1), axis)) for axis in range(3)]) < 0.0
+        advice = reversed_sign if float(around.mean()) > _MOST_OF_IT else ""
         return (
             f"{start}F is {lowest:.3g} at least, and no lens will be seen. Outside of them F is negative, as at "
             f"{where}: {advice}move lens.bounds to where the solid is, in coordinates about the lens's centre"
@@ -72,6 +72,12 @@ def _least(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box)
     """Return the least value of F in the bounds, Inf if it has none."""
     found = on_grid(expression, values, bounds)
     return float(np.where(np.isnan(found), np.inf, found).min())
+
+
+def _widened(bounds: Box, times: float) -> Box:
+    ends = np.asarray(bounds, dtype=np.float64)
+    low, high = ends.mean(axis=0) + np.array([[-0.5], [0.5]]) * times * np.ptp(ends, axis=0)
+    return (float(low[0]), float(low[1]), float(low[2])), (float(high[0]), float(high[1]), float(high[2]))
 
 
 @lru_cache(maxsize=8)  # each is some hundred kilobytes, and asked for by all that look at one solid

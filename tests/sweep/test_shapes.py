@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -224,6 +225,54 @@ def test_a_place_without_value_that_the_film_does_not_see_is_told_without_a_pixe
     scene = make_scene(expression("max(sqrt(x + 1.9) - 2, x^2+y^2+z^2-0.7)"), film={"right": [0.2, 0.0, 0.0]})
     (spot,) = [spot for spot in hard_spots(scene) if spot.kind == "no-value"]
     assert "such as at (-2, 0, 0); rays there" in spot.message
+
+
+LACKING = [  # expressions without a value in part of their bounds, and the operation and the operand to blame
+    ("abs(z) - sqrt(1 - x^2 - y^2)", "the square root of 1 - x^2 - y^2 = "),
+    ("x^2 + y^2 + z^2 - 1 + 0.1*log(z + 1.2)", "the logarithm of z + 1.2 = -"),
+    ("x^2 + y^2 + pow(z, 1.5) - 1", "the power 1.5 of z = -"),
+]
+
+
+@pytest.mark.parametrize(("text", "blamed"), LACKING)
+def test_what_lacks_a_value_is_named_and_what_is_advised_leaves_no_ray_undecided(text: str, blamed: str) -> None:
+    def scene(surface: str) -> Any:
+        return make_scene({"surface": surface, "bounds": [[-2.1] * 3, [2.1] * 3]}, film={"size": [24, 24]})
+
+    (spot,) = [spot for spot in hard_spots(scene(text)) if spot.kind == "no-value"]
+    assert f"There F holds {blamed}" in spot.message
+    advice = re.search(r"write (?:pow\(abs.*?, or )?(.*) for it, and (.*) to end the solid", spot.message)
+    guarded, ended = advice.groups()
+    plain = re.sub(r"max\((.*), [\de.-]+\)(?=\)|,)", r"\1", guarded)  # as it stood there
+    assert plain in text
+    mended = scene(ended.replace("F", text.replace(plain, guarded)))
+    raymap = trace(mended)
+    assert not (raymap.status == RayStatus.UNDECIDED).any()
+    assert (raymap.events > 0).sum() > 100
+    assert "no-value" not in kinds(mended)
+
+
+def test_places_without_a_value_are_not_taken_for_details_finer_than_a_pixel() -> None:
+    stripes = expression("y^2 + z^2 + x^2 - 0.5 - sqrt(sin(20*x))")
+    coarse = make_scene(stripes, film={"size": [18, 18], "right": [2.0, 0.0, 0.0], "down": [0.0, -2.0, 0.0]})
+    assert "no-value" in {spot.kind for spot in hard_spots(coarse)}
+    assert "fine" not in {spot.kind for spot in hard_spots(coarse)}
+
+
+NOWHERE = [  # expressions of which nothing is in a cube of half side 2, and what is said
+    ("(x - 5)^2 + y^2 + z^2 - 1", "Outside of them F is negative, as at (4.5, -0.5, -0.5): move lens.bounds"),
+    ("0.25 + 30 - x^2 - y^2 - z^2", "if its sign is reversed, write -(F)"),
+    ("x^2 + 1", "F is 1 at least, and no lens will be seen"),
+    ("sqrt(-1 - x^2) + y", "F has no value at any of them"),
+]
+
+
+@pytest.mark.parametrize(("text", "says"), NOWHERE)
+def test_a_solid_that_is_not_in_its_bounds_is_looked_for(text: str, says: str) -> None:
+    scene = make_scene({"surface": text, "bounds": [[-2.0] * 3, [2.0] * 3]})
+    (spot,) = [spot for spot in hard_spots(scene) if spot.kind == "no-inside"]
+    assert spot.message.startswith("no point with F < 0 found in its bounds, at 35937 places: ")
+    assert says in spot.message
 
 
 PIXEL = 1.3 / 48 * 4.0 / 1.5  # of the usual film, at the world's origin
