@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -136,3 +137,90 @@ def test_two_starters_do_not_write_over_each_other(
     assert "another study" in refused.stderr
     assert "-o" in refused.stderr
     assert "--fresh" in refused.stderr
+
+
+def _noted(text: str) -> list[str]:
+    return [line for line in text.splitlines() if line.startswith("note: ")]
+
+
+def test_a_stretched_film_and_picture_are_noted_once_and_change_no_exit_code(lenscl, study_path: Path) -> None:
+    folder = study_path.parent
+    write_image(folder / "pictures" / "aa-wide.png", np.zeros((8, 16, 3), np.uint8), metadata={})
+    few = ("--set", "lens.r=0.2", "--set", "lens.n=1.5")
+    checked = lenscl("check", study_path, *few)
+    assert checked.exit_code == 0
+    remarks = checked.stdout.split("\nRemarks:\n")[1].splitlines()
+    assert [remark.split(": ")[0] for remark in remarks] == ["  film", "  picture"]
+    found = {
+        "render": lenscl("render", study_path, *few, "-o", folder / "x.png"),
+        "map": lenscl("map", study_path, *few, "-o", folder / "x.npz"),
+        "sweep": lenscl("sweep", study_path, *few, "-o", folder / "out"),
+    }
+    for command, result in found.items():
+        assert result.exit_code == 0
+        notes = _noted(result.stderr)
+        assert len(notes) == (1 if command == "map" else 2)
+        assert notes[0].startswith("note: film: its pixels are 1.6 times as high as wide")
+        assert all("aa-wide.png, 16 x 8, are 2 times as high as wide" in note for note in notes[1:])
+        assert not any(line.startswith("note") for line in result.stdout.splitlines())
+    square = ("--set", "film.down=[0, -1.25, 0]", "--set", "picture.images=pictures/c*.png")
+    assert "Remarks" not in lenscl("check", study_path, *few, *square).stdout
+    assert _noted(lenscl("map", study_path, *few, *square, "-o", folder / "x.npz").stderr) == []
+
+
+def test_what_is_set_may_replace_what_the_file_has_wrong(lenscl, study_path: Path, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    monkeypatch.setitem(sys.modules, "scipy.stats", None)
+    text = study_path.read_text()
+    axes = text.index("[sweep.axes]")
+    sampled = "[sweep]\nmode = 'latin'\nsamples = 2\n[sweep.axes]\n'lens.r' = { min = 0.1, max = 0.2 }\n"
+    study_path.write_text(text[:axes].replace("size = [32, 20]", "size = [32, 0]") + sampled)
+    wrong = lenscl("check", study_path, "--set", "sweep.mode=random")
+    assert (wrong.exit_code, wrong.stderr.count("\n")) == (2, 1)
+    assert wrong.stderr.startswith("Error: film.size: ")
+    assert "SciPy" in lenscl("check", study_path, "--set", "film.size=[32, 20]").stderr
+    right = lenscl("check", study_path, "--set", "film.size=[32, 20]", "--set", "sweep.mode=random")
+    assert right.exit_code == 0
+    assert "2 points" in right.stdout
+
+
+@pytest.mark.parametrize("environment", ["picture", "pictures/cat.png", "[0.1, 0.2, 0.9]"])
+@pytest.mark.parametrize("form", ["exr", "npz"])
+@pytest.mark.parametrize("dispersion", ["false", "rgb"])
+def test_a_map_of_reflections_is_written_or_refused_by_a_sentence(
+    lenscl, study_path: Path, environment: str, form: str, dispersion: str
+) -> None:
+    sets = ("effects.fresnel=split", f"effects.environment={environment}", f"effects.dispersion={dispersion}")
+    file = study_path.parent / f"map.{form}"
+    result = lenscl("map", study_path, "-o", file, *(part for each in sets for part in ("--set", each)))
+    if (form, dispersion) == ("exr", "rgb"):
+        assert result.exit_code == 1
+        assert "holds one wavelength" in result.stderr
+        assert not file.exists()
+    else:
+        assert result.exit_code == 0
+        assert file.exists()
+
+
+@pytest.mark.parametrize(
+    ("lens", "says"),
+    [
+        ('surface = "1 - x**2 - y**2 - z**2"\nbounds = [[-2, -2, -2], [2, 2, 2]]', "try -(1 - x**2 - y**2 - z**2)"),
+        ('surface = "bunny.stl"', "files of meshes are not read"),
+        ('surface = "x² + y² + z² - 1"\nbounds = [[-2, -2, -2], [2, 2, 2]]', "superscript two"),
+        ('surface = "sphere"\n[source]\nat = [0, 0, 5]', "a study has one source"),
+    ],
+)
+def test_a_stranger_is_told_in_one_message_what_to_write(lenscl, tmp_path: Path, lens: str, says: str) -> None:
+    study = tmp_path / "study.toml"
+    study.write_text(
+        "[source]\nat = [0, 0, 4]\n[film]\ncentre = [0, 0, 2.5]\nright = [1, 0, 0]\ndown = [0, -1, 0]\nsize = [8, 8]\n"
+        "[picture]\ncentre = [0, 0, -2.5]\nright = [6, 0, 0]\ndown = [0, -6, 0]\n"
+        f"[[lens]]\nn = 1.5\n{lens}\n",
+        encoding="utf-8",
+    )
+    for command in (("check",), ("map", "-o", tmp_path / "x.npz"), ("render", "-o", tmp_path / "x.png")):
+        result = lenscl(command[0], study, *command[1:])
+        assert result.exit_code == 2
+        assert result.stderr.count("Error: ") == 1
+        assert says in result.stderr
