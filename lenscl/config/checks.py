@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -32,6 +33,7 @@ SHORTEST = 1e-12  # likewise not yet zero
 MOST_PIXELS = 2**31
 _MOST_DISPERSION = 10_000  # numbers of one dispersion formula
 _ACCURACY = 'a positive length, such as "0.05 px" in pixels of the picture or "1e-9" in scene units'
+_NUMBER_AS_TEXT = re.compile(r"[+-]?(\d{1,30}([.,]\d{0,30})?|[.,]\d{1,30})([eE][+-]?\d{1,3})?")
 _OWN_INDEX = "stated in the study"
 
 Vec3 = tuple[float, float, float]
@@ -41,6 +43,14 @@ Box = tuple[Vec3, Vec3]
 def wrong(what: str) -> PydanticCustomError:
     """Return the error of one value; its key is added by the table it stands in."""
     return PydanticCustomError("study", "{what}", {"what": what})
+
+
+def _as_number(value: Any) -> str:
+    """Return how a number that is written as a text is written; empty where a value is no such text."""
+    if not isinstance(value, str) or not _NUMBER_AS_TEXT.fullmatch(value.strip()):
+        return ""
+    number = float(value.strip().replace(",", "."))
+    return f"; a number is written without quotation marks and with a point, {number:.15g}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +66,7 @@ class Number:
         """Return the number; -0.0 becomes 0.0, so that equal scenes are written alike."""
         value = as_plain(value)
         if isinstance(value, bool) or not isinstance(value, Real):
-            raise wrong(f"must be {self.what}, got {short(value)}")
+            raise wrong(f"must be {self.what}, got {short(value)}{_as_number(value)}")
         try:
             number = float(value) + 0.0
         except OverflowError:
@@ -82,7 +92,7 @@ class Whole:
         value = as_plain(value)
         is_whole = isinstance(value, Integral) or (isinstance(value, float) and value.is_integer())
         if isinstance(value, bool) or not is_whole:
-            raise wrong(f"must be a whole number from {self.low} to {self.high}, got {short(value)}")
+            raise wrong(f"must be a whole number from {self.low} to {self.high}, got {short(value)}{_as_number(value)}")
         if not self.low <= value <= self.high:
             raise wrong(f"must lie from {self.low} to {self.high}, got {short(value)}")
         return int(value)
@@ -197,6 +207,8 @@ def check_index(value: Any) -> Material:
     """Return the material that a number, a catalogue name or a dispersion formula stands for."""
     value = as_plain(value)
     if isinstance(value, str):
+        if hint := _as_number(value):
+            raise wrong(f"must be a number, a material's name or a formula, got {short(value)}{hint}")
         try:
             return material(value)
         except StudyError as error:

@@ -25,7 +25,7 @@ def short(value: object, depth: int = 0) -> str:
         return f"a whole number of about {int(value.bit_length() * 0.30103) + 1} digits"
     if isinstance(value, str):
         text = value if len(value) <= _LONGEST_VALUE else value[: _LONGEST_VALUE - 3] + "..."
-        return '"' + text.encode("unicode_escape").decode("ascii").replace('"', '\\"') + '"'
+        return '"' + _printable(text).replace('"', '\\"') + '"'
     if isinstance(value, dict):
         return "a table" if value else "an empty table"
     if isinstance(value, list | tuple):
@@ -35,6 +35,11 @@ def short(value: object, depth: int = 0) -> str:
         return text if len(text) <= 2 * _LONGEST_VALUE else f"a list of {len(value)} values"
     text = repr(value) if isinstance(value, int | float) else str(value)
     return text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 3] + "..."
+
+
+def _printable(text: str) -> str:
+    """Return a text with what a terminal would act on, and backslashes, escaped; letters of all scripts are kept."""
+    return "".join(c if c.isprintable() and c != "\\" else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

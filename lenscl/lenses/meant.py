@@ -24,7 +24,7 @@ _LONGEST = 4096  # of a path
 _PATH = re.compile(
     r"\s*(?:\.{1,2}[/\\].*|~?[/\\][\w.].+|[A-Za-z]:[/\\].*|[A-Za-z][\w.-]{2,}(?:[/\\][A-Za-z][\w.-]{2,})+)"
 )
-_WORDS = re.compile(r"\s*[A-Za-z]\w*(?:[\s-]+[A-Za-z]\w*)*\s*")
+_WORDS = re.compile(r"\s*[A-Za-z]\w*(?:[\s-]+[A-Za-z]\w*)*\s*", re.ASCII)
 _CALL = re.compile(r"\s*([A-Za-z]\w*)\s*\(")
 _MODULES = ("math", "np", "numpy", "cmath", "sympy", "sp", "jnp", "torch")
 
@@ -91,7 +91,8 @@ def _is_file(text: str) -> bool:
 def _quoted(text: str) -> str:
     """Return a text as TOML spells it, on one line."""
     text = text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 3] + "..."
-    return '"' + text.encode("unicode_escape").decode("ascii").replace('"', '\\"') + '"'
+    shown = (c if c.isprintable() and c != "\\" else c.encode("unicode_escape").decode("ascii") for c in text)
+    return '"' + "".join(shown).replace('"', '\\"') + '"'
 
 
 def _or(name: str | None) -> str:
