@@ -343,6 +343,31 @@ def test_an_unknown_surface_is_refused_with_the_nearest(base, problems):
     assert "torus" in found
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "key", "number"),
+    [
+        ("n = 1.5", 'n = "1,5"', "lens.n", "1.5"),
+        ("n = 1.5", 'n = "1.5"', "lens.n", "1.5"),
+        ("R = 0.7", 'R = ".7"', "lens.R", "0.7"),
+        ("size = [8, 6]", 'size = ["8", 6]', "film.size", "8"),
+        ("at = [0, 0, 4]", 'at = [0, 0, "4,0e0"]', "source.at", "4"),
+    ],
+)
+def test_a_number_that_is_written_as_a_text_is_said_as_a_number(base, problems, old, new, key, number):
+    (found,) = problems(base.replace(old, new))
+    assert found.startswith(f"{key}: ")
+    assert found.endswith(f"; a number is written without quotation marks and with a point, {number}")
+
+
+def test_messages_keep_the_letters_of_all_scripts(base, problems):
+    (found,) = problems(base.replace("n = 1.5", 'n = "Glas größer 5 \\u202e"'))
+    assert "'Glas größer 5 \\u202e'" in found
+    (found,) = problems(base.replace('surface = "torus"\nR = 0.7\nr = 0.25', 'surface = "modèle.stl"'))
+    assert '"modèle.stl" looks like the name of a file' in found
+    (found,) = problems(base.replace("at = [0, 0, 4]", 'at = [0, 0, 4]\n"größe\\u001b" = 1'))
+    assert found.startswith("source.größe\\x1b: unknown key")
+
+
 NO_SURFACES = [  # texts that are neither of the catalogue nor expressions, and what is said of them
     ("bunny.stl", '"bunny.stl" looks like the name of a file, and files of meshes are not read'),
     ("models/bunny.OBJ", "looks like the name of a file"),
