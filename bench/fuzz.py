@@ -62,7 +62,8 @@ _REFUSALS = (
     *("more than", "points", "does not read", "division by zero", "no finite value", "attributes", "is not allowed"),
     *("is missing", "bracket", "is written like", "too large", "exponents", "operand", "comma", "depend on", "bounds"),
     *("must lie", "strictly inside", "is not available", "must be", "must not", "cannot", "at most", "varies"),
-    *("is required", "only one", "empty", "is read only", "unknown surface", "lens"),
+    *("is required", "only one", "empty", "is read only", "unknown surface", "second time", "single table"),
+    *("looks like", "double brackets", "lens"),
 )
 
 

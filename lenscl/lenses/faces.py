@@ -17,6 +17,7 @@ _CLOSER = 129  # likewise, of wider bounds before they are proposed
 _INSIDE = 17  # likewise of the bounds' inside
 _MOSTLY = 0.5  # of the faces' samples, where F is taken to be negative on them
 _FAR, _NEARLY = 4.0, 0.9  # likewise, where the bounds are so many times as wide
+_ZOOMS, _ZOOM = 40, 0.7  # towards where F is greatest
 _GROWTH = 1.25  # of a face's distance from the middle, each time that the solid is found on it
 _FARTHEST = 32.0  # times as far as it was
 _LONGEST = 120  # characters of an expression that is written out
@@ -80,6 +81,11 @@ def _advice(expression: Expr, values: Values, box: Box, point: Array, F: Array, 
     unit = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, _INSIDE + 2)[1:-1]] * 3, indexing="ij")).reshape(3, -1)
     points = low[:, None] + unit * (high - low)[:, None]
     inside = _values(expression, values, points)
+    if not (inside > 0.0).any():  # what is positive may be smaller than the places are apart
+        peak = _peak(expression, values, points[:, int(np.argmax(inside))], low, high)
+        points = np.concatenate([points, peak], axis=1)
+        unit = np.concatenate([unit, (peak - low[:, None]) / (high - low)[:, None]], axis=1)
+        inside = _values(expression, values, points)
     is_negative, is_positive = inside <= 0.0, (inside > 0.0) & np.isfinite(inside)
     on_faces = float((F <= 0.0).mean())
     outward = np.abs(2.0 * unit - 1.0).max(axis=0)
@@ -98,6 +104,17 @@ def _advice(expression: Expr, values: Values, box: Box, point: Array, F: Array, 
         return f"{fills}widen the bounds: {_written(wider)} would hold it; or end the solid by {_END}"
     along = " and ".join(part for part in (", ".join(endless[:-1]), endless[-1]) if part)
     return f"{fills}along {along} it goes on beyond bounds {_FARTHEST:g} times as wide, so end the solid by {_END}"
+
+
+def _peak(expression: Expr, values: Values, start: Array, low: Array, high: Array) -> Array:
+    """Return where near a place inside the bounds F is greatest, shape (3, 1)."""
+    offsets = np.stack(np.meshgrid(*[(-1.0, 0.0, 1.0)] * 3)).reshape(3, -1)
+    best, step = start[:, None], (high - low)[:, None] / _INSIDE
+    for _ in range(_ZOOMS):
+        tried = np.clip(best + step * offsets, low[:, None], high[:, None])
+        F = _values(expression, values, tried)
+        best, step = tried[:, [int(np.argmax(np.where(np.isfinite(F), F, -np.inf)))]], _ZOOM * step
+    return best
 
 
 def _seems_reversed(on_faces: float, outward: Array, is_negative: Mask, is_positive: Mask) -> bool:

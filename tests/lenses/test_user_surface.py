@@ -129,6 +129,7 @@ REVERSED = [  # expressions that are positive inside, and the cube's half side
     ("exp(1 - x^2 - y^2 - 2*z^2) - 1", 2.0),
     ("-(max(abs(x), abs(y), abs(z)) - 0.8)", 1.0),
     ("0.3 - (x - 1)^2 - y^2 - z^2", 2.0),
+    ("0.01 - (x - 0.31)^2 - (y + 0.42)^2 - (z - 0.33)^2", 2.0),  # smaller than places are apart
     ("1 - x^2 - y^2", 2.0),  # without end, too
 ]
 NOT_REVERSED = [
