@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lenscl.accuracy import Achieved
     from lenscl.config import Study
     from lenscl.status import RayStatus
-    from lenscl.tracing import RayMap
+    from lenscl.tracing import Caustic, RayMap
 
 
 @click.command()
@@ -113,6 +113,18 @@ def _part(name: str, part: float) -> str:
     return f"{100 * part:.3g} % {name}"
 
 
+def _not_excluded(caustic: Caustic) -> str:
+    """Return what the account of light may be off by, in words."""
+    at_outlines = caustic.not_excluded - caustic.bent
+    said = f"not excluded: at most {100 * at_outlines:.2g} % of the light, at outlines of lenses, ends elsewhere"
+    if caustic.bent > 0:
+        said += (
+            f"; nor for {100 * caustic.bent:.2g} %, which a lens has bent, that it meets details of lenses finer than "
+            "the rays that look for them"
+        )
+    return said
+
+
 def _bounded(raymap: RayMap, error: NDArray[np.float64], pixels: int) -> str:
     """Say how large the error bounds are on a picture of so many pixels, and how many have none, and why."""
     import numpy as np
@@ -177,6 +189,7 @@ def _report(output: Path, raymap: RayMap, achieved: Achieved | None) -> None:
     if (caustic := raymap.caustic) is not None:
         shares = ((name.replace("_", " "), share) for name, share in caustic.shares.items())
         click.echo("caustics: of the light, " + ", ".join(_part(*each) for each in shares if each[1] > 0), err=True)
+        click.echo("caustics: " + _not_excluded(caustic), err=True)
     if achieved is not None:
         click.echo(plain(f"accuracy: {achieved}, against {achieved.against}"), err=True)
     try:

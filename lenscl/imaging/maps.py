@@ -77,10 +77,10 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
         add, with what a map makes of that: magnification and fold beside jacobian; `scene_toml` is the scene as text.
         What `effects.antialias` adds is there as samples.side, .pixels, .st, .status, .events, and .transmittance and
         so on, see `lenscl.tracing.Samples`; what `effects.caustics` adds as irradiance, with where the light goes as
-        caustic.ends, .shares, .flux and .cut, and .rgb of coloured light, see `lenscl.tracing.Caustic`. An EXR has what
-        effects add to each pixel as further channels: transmittance, path_length, transmission.R, .G, .B,
-        jacobian.ds_drow, .ds_dcolumn, .dt_drow, .dt_dcolumn (of t, not of G), magnification, fold, reflectance,
-        reflected_st.s, .t (of t, not of G), reflected.x, .y, .z. It has one place a
+        caustic.ends, .shares, .flux, .cut, .not_excluded, .bent, and .rgb of coloured light, see
+        `lenscl.tracing.Caustic`. An EXR has what effects add to each pixel as further channels: transmittance,
+        path_length, transmission.R, .G, .B, jacobian.ds_drow, .ds_dcolumn, .dt_drow, .dt_dcolumn (of t, not of G),
+        magnification, fold, reflectance, reflected_st.s, .t (of t, not of G), reflected.x, .y, .z. It has one place a
         pixel, and so leaves out the samples; and the irradiance, which is not on the film. A map of several wavelengths
         is written as `.npz` alone: an ST map says of a pixel one place, not one for each. The seconds are left out. An
         EXR carries `scene_toml` among its parameters.
@@ -179,6 +179,7 @@ def _lit(caustic: Any) -> dict[str, NDArray[Any]]:
     shares = caustic.shares
     ends = {"caustic.ends": np.array(list(shares)), "caustic.shares": np.array(list(shares.values()))}
     ends |= {"caustic.flux": np.array(caustic.flux), "caustic.cut": np.array(caustic.cut)}
+    ends |= {f"caustic.{name}": np.array(getattr(caustic, name)) for name in ("not_excluded", "bent")}
     coloured = {} if caustic.rgb is None else {"caustic.rgb": np.ascontiguousarray(caustic.rgb)}
     return {"irradiance": np.ascontiguousarray(caustic.irradiance), **coloured, **ends}
 

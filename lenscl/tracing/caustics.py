@@ -9,49 +9,70 @@ red, green and blue go the same way in different amounts; all together counts by
 several wavelengths by what each has of that. What a picture without lenses gets is what its cells see of the source;
 `irradiance` is the ratio.
 
-A tube is cut into 4 x 4 whose corners are traced, those again into 4 x 4 and those into 2 x 2, where it is
+A triangle has a density that is linear between those at its corners, by the Jacobian of their rays, where these agree
+with the light that it carries; else its light is spread evenly. A tube is cut into 2 x 2 whose corners are traced,
+those again and so on, where it is
 
-- torn: its corners' rays end otherwise, or meet other surfaces; what is torn to the last goes where the ray through its
-  middle goes. Rays that land beside the picture and those that land on it are one sheet: its edge tears nothing;
+- torn: its corners' rays end otherwise, or meet other surfaces. Rays that land beside the picture and those that land
+  on it are one sheet: its edge tears nothing;
 - folded, or crossed by a jump: all corners of a film's pixel are edges by the rule of `lenscl.tracing.samples`;
-- bent: its corners gather the light unevenly, by more than a tenth, over more than half a cell;
-- at a small lens: where a lens's box covers few film pixels, corners of whole pixels may pass beside it.
+- bent: its light differs from what its corners gather, by more than 2 % where it is a cell wide or more;
+- varied: what surfaces and insides let on differs between its corners by half;
+- at an outline: bounds of the lenses do not exclude that one lies in it, see `lenscl.tracing.outlines`.
 
-So irradiance is that of exact optics but for how it changes across such a tube. Without lenses that is by how much the
-light changes across a film pixel, some four times its angle as the source sees it.
+What ends otherwise than corners say, unseen, lies at an outline. So the account has a figure of what is not excluded:
+the light of all tubes that are torn or at an outline in the end, which are some `_ALL_TO` film pixels wide, or less if
+they are few. What is torn goes where the rays through the middles of its quarters go. Bounds say this of straight rays
+alone. Light that a lens has bent and that may meet a surface after that is looked after by corners: all of it is in
+that figure, too, and named for itself.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.config import Scene
+from lenscl.config import Effects, Scene
 from lenscl.config.scene import Frozen
 from lenscl.effects.colours import LUMINANCE, basis
 from lenscl.status import RayStatus
 from lenscl.tracing.film import rays_through
-from lenscl.tracing.flux import flux_of_cells, flux_through
+from lenscl.tracing.flux import flux_at, flux_of_cells, flux_through
 from lenscl.tracing.launch import trace
 from lenscl.tracing.memory import hold
-from lenscl.tracing.placement import Placement
+from lenscl.tracing.outlines import Outlines
 from lenscl.tracing.raymap import Caustic, RayMap
 from lenscl.tracing.samples import edges, trace_given
 from lenscl.tracing.tubes import CORNERS, LANDS, Account, TubeRays
 
-_SIDES = (4, 4, 2)  # tubes that one is cut into, each way, and what of those is to be cut, and so on
-_BENT = 0.1  # by which part a tube's corners may differ in what they gather
-_SEEN = 0.5  # cells: what is smaller shows no shape
+_PICTURE = np.uint8(RayStatus.PICTURE)
+_BENT = 0.02  # by which part a tube's light may differ from what its corners gather
+_VARIED = 0.5  # by which part the corners of a tube may differ in what is let on
+_VARIED_TO = 1 / 8  # film pixels: tubes are cut for that no smaller
+_DARK = 1e-3  # of what the source sends: of less light on a cell, as of so much
+_SEEN = 0.25  # cells: what is smaller shows no shape
+_ALL_TO = 1 / 32  # film pixels: tubes are cut to that size, however many they are
+_BENT_TO = 1 / 64  # film pixels: and to that, if they are bent and few
+_SMALLEST = 1 / 1024  # film pixels: and to that, if they are torn or may be, and are few
+_FEW = 20_000
+_ENOUGH = 1e-6  # of the light: if no more may go elsewhere, nothing is cut for that
 _TUBES = 2**18  # that are handled at a time
 _TOGETHER = 2**14  # that are cut at a time
 _GRIDS = 8  # of the picture's cells in memory at a time, for each channel
-_SMALL = 8.0  # film pixels across a lens's box below which those around it are cut
+
+# Corners of 2 x 2 tubes, (row, column), row by row; of those the ones that the tube that is cut has not, and where in
+# its corners and those each one stands
+_GRID = np.moveaxis(np.indices((3, 3)), 0, -1).reshape(9, 2)
+_BETWEEN = [1, 3, 4, 5, 7]
+_ORDER = [0, 4, 1, 5, 6, 7, 2, 8, 3]
+_QUARTERS = np.array([[0.25, 0.25], [0.25, 0.75], [0.75, 0.25], [0.75, 0.75]])
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 def with_caustic(raymap: RayMap) -> RayMap:
@@ -68,9 +89,9 @@ def with_caustic(raymap: RayMap) -> RayMap:
         return raymap
     _check_memory(raymap)
     if "wavelengths" not in raymap.added:
-        return _lit(raymap, LUMINANCE)
-    weights = basis(raymap.wavelengths)
-    return _together_lit(raymap, [_lit(*each) for each in zip(raymap.layers(), weights, strict=True)])
+        return _lit(raymap, LUMINANCE, Outlines(raymap.scene))
+    weights, outlines = basis(raymap.wavelengths), Outlines(raymap.scene)
+    return _together_lit(raymap, [_lit(*each, outlines) for each in zip(raymap.layers(), weights, strict=True)])
 
 
 def _check_memory(raymap: RayMap) -> None:
@@ -98,34 +119,34 @@ def _together_lit(raymap: RayMap, layers: list[RayMap]) -> RayMap:
             flux=caustics[0].flux,
             shares=Frozen({end: float(np.mean([one.shares[end] for one in caustics])) for end in ends}),
             cut=sum(one.cut for one in caustics),
+            not_excluded=float(np.mean([one.not_excluded for one in caustics])),
+            bent=float(np.mean([one.bent for one in caustics])),
         ),
         trace_seconds=sum(layer.trace_seconds for layer in layers),
         escalated=raymap.escalated + sum(layer.escalated - raymap.escalated for layer in layers),
     )
 
 
-def _lit(raymap: RayMap, seen: Array) -> RayMap:
+def _lit(raymap: RayMap, seen: Array, outlines: Outlines) -> RayMap:
     """Return a map of one wavelength with its light; `seen` says what red, green and blue count for in it."""
     scene, film = raymap.scene, raymap.scene.film
     direct, through = flux_of_cells(scene, scene.picture).sum(axis=-1), flux_of_cells(scene, film)
     grid = trace(_corner_scene(scene), device=raymap.device)
-    ends = {"st": grid.st, "status": grid.status, "events": grid.events, **grid.added}
-    rays = TubeRays.of(ends, scene, *grid.status.shape)
-    is_sheet = np.isin(grid.status, LANDS)
-    is_edge = edges(replace(grid, status=np.where(is_sheet, np.uint8(RayStatus.PICTURE), grid.status)))
-    cut = np.logical_and.reduce([is_edge[part] for part in CORNERS]) | _is_bent(rays, scene.picture.size)
-    cut |= _at_small_lenses(scene)
+    is_edge = edges(replace(grid, status=np.where(np.isin(grid.status, LANDS), _PICTURE, grid.status)))
+    cut = np.logical_and.reduce([is_edge[part] for part in CORNERS]) | outlines.pixels()
 
     is_coloured = "transmission" in grid.added
     weights = seen if is_coloured else np.ones(1)
-    account = Account(scene, weights)
+    tubes = _Tubes(scene, grid, Account(scene, weights), outlines, _DARK * float(direct.mean()))
     band = max(1, _TUBES // film.columns)
-    for top in range(0, film.rows, band):
-        some = ~cut[top : top + band]
-        account.add_tubes(rays.rows(top, top + band + 1).of_tubes(some), through[top : top + band][some])
-    _add_cut(account, raymap, np.argwhere(cut).astype(np.float64))
+    bands = [slice(top, min(top + band, film.rows)) for top in range(0, film.rows, band)]
+    left = TubeRays.joined([tubes.add_pixels(rows, cut[rows], through[rows]) for rows in bands])
+    total = float(through.sum())
+    tubes.add_cut(np.argwhere(cut).astype(np.float64), left, total)
+    account = tubes.account
+    bent = account.bent if _may_meet_more(scene) else 0.0
     filled, records = account.close(), account.records
-    total, gathered = float(through.sum()), filled / direct[..., np.newaxis]
+    gathered = filled / direct[..., np.newaxis]
     return replace(
         raymap,
         caustic=Caustic(
@@ -134,131 +155,154 @@ def _lit(raymap: RayMap, seen: Array) -> RayMap:
             flux=total,
             shares=Frozen({name: light / total + 0.0 for name, light in account.ends.items()}),  # no -0
             cut=int(cut.sum()),
+            not_excluded=(account.not_excluded + bent) / total,
+            bent=bent / total,
         ),
         trace_seconds=sum((record["trace_seconds"] for record in records), raymap.trace_seconds + grid.trace_seconds),
         escalated=sum((record["escalated"] for record in records), raymap.escalated + grid.escalated),
     )
 
 
-def _at_small_lenses(scene: Scene) -> NDArray[np.bool_]:
-    """Say which film pixels the straight rays to the box of a lens go through that is few pixels wide on the film."""
-    film = scene.film
-    found = np.zeros((film.rows, film.columns), dtype=bool)
-    corner, right, down = (np.asarray(v, dtype=np.float64) for v in (film.corner, film.right, film.down))
-    normal = np.cross(right, down)
-    spans = np.linalg.pinv(np.stack([right / film.columns, down / film.rows], axis=1))
-    for lens in scene.lenses:
-        box = Placement.of(lens).corners()
-        along = box - scene.source.at if scene.source.at is not None else np.asarray(scene.source.direction)
-        with np.errstate(all="ignore"):
-            times = ((box - corner) @ normal) / (along @ normal)
-            places = (box - times[:, None] * along - corner) @ spans.T
-            # A point source looks at a box ahead of it alone
-            is_ahead = scene.source.at is None or bool((times < 1.0).all())
-        if not is_ahead or not np.isfinite(places).all() or np.ptp(places, axis=0).min() >= _SMALL:
-            continue
-        low = np.clip(np.floor(places.min(axis=0)) - 1, 0, film.size).astype(int)
-        high = np.clip(np.ceil(places.max(axis=0)) + 1, 0, film.size).astype(int)
-        found[low[1] : high[1], low[0] : high[0]] = True
-    return found
+@dataclass(frozen=True, slots=True)
+class _Tubes:
+    """Tubes of a scene's light, added to an account."""
+
+    scene: Scene
+    grid: RayMap  # of the corners of film pixels
+    account: Account
+    outlines: Outlines
+    dark: float  # light on a cell that is as good as none
+
+    def add_pixels(self, rows: slice, cut: Mask, flux: Array) -> TubeRays:
+        """Add the tubes through some rows of film pixels that are not to be cut, and return the corners of the others.
+
+        Those that are to be cut for their corners are marked in `cut`, too.
+        """
+        some = slice(rows.start, rows.stop + 1)
+        grid = self.grid
+        ends = {"st": grid.st, "status": grid.status, "events": grid.events, **grid.added}
+        ends = {name: array[some] for name, array in ends.items()}
+        at = np.moveaxis(np.indices(ends["status"].shape), 0, -1) + np.array([rows.start, 0])
+        tubes = TubeRays.of(ends, self.scene, self._through(at), *at.shape[:-1]).of_tubes()
+        flux = flux.reshape(-1, 2)
+        cut |= (self._is_bent(tubes, flux, 1.0) | tubes.is_torn()).reshape(cut.shape)
+        keeps = ~cut.ravel()
+        self.account.add_tubes(tubes.some(keeps), flux[keeps])
+        return tubes.some(~keeps)
+
+    def add_cut(self, at: Array, tubes: TubeRays, total: float) -> None:
+        """Add the light through film pixels that are to be cut.
+
+        Parameters
+        ----------
+        at : float64 array, shape (N, 2)
+            Where on the film they begin, (row, column) in pixels.
+        tubes : TubeRays
+            Their corners, shape (N, 4).
+        total : float
+            The light of the whole film.
+        """
+        size = 1.0
+        while len(at):
+            size /= 2
+            cut = [self._cut_once(at[some], tubes.some(some), size) for some in _together(len(at))]
+            at, is_torn, is_marked, is_bent = (
+                np.concatenate(arrays) for arrays in zip(*(c[0] for c in cut), strict=True)
+            )
+            tubes = TubeRays.joined([each for _, each in cut])
+            # An outline that no bounds follow to smaller tubes is not looked for in those
+            self.outlines.refine(size / 2)
+            is_sought = is_torn | (is_marked & (size > self.outlines.finest))
+            is_open = is_torn | is_marked
+            flux = _flux(self.scene, at, size)
+            is_cut = is_bent & (size > (_BENT_TO if is_bent.sum() <= _FEW else _ALL_TO))
+            is_worth = is_sought.sum() <= _FEW and flux[is_open].sum() > _ENOUGH * total
+            if size > (_SMALLEST if is_worth else _ALL_TO):
+                is_cut |= is_sought
+            self.account.not_excluded += float(flux[is_open & ~is_cut].sum())
+            whole, torn = ~is_cut & ~is_torn, ~is_cut & is_torn
+            self.account.add_tubes(tubes.some(whole), flux[whole])
+            self._add_torn(at[torn], flux[torn].sum(axis=-1), size)
+            at, tubes = at[is_cut], tubes.some(is_cut)
+
+    def _cut_once(self, at: Array, tubes: TubeRays, size: float) -> tuple[tuple[Array, Mask, Mask, Mask], TubeRays]:
+        """Cut tubes, by their corners, into 2 x 2 of a size in pixels, and add those that are as they should be.
+
+        Returns
+        -------
+        at : float64 array, shape (N, 2)
+            Where those begin that are not.
+        is_torn, is_marked, is_bent : bool array, shape (N,)
+            Why: the light is torn there; an outline may lie there; the light is uneven.
+        tubes : TubeRays
+            Their corners, shape (N, 4).
+        """
+        grid = at[:, None] + size * _GRID
+        rays = TubeRays.joined([tubes, self._traced(grid[:, _BETWEEN])], axis=1).some((slice(None), _ORDER))
+        begins = grid.reshape(-1, 3, 3, 2)[:, :-1, :-1].reshape(-1, 2)
+        tubes, flux = rays.shaped(len(at), 3, 3).of_tubes(), _flux(self.scene, begins, size)
+        is_torn, is_marked = tubes.is_torn(), self.outlines.among(begins, size)
+        is_bent = self._is_bent(tubes, flux, size) & ~is_torn
+        again = is_torn | is_marked | is_bent
+        self.account.add_tubes(tubes.some(~again), flux[~again])
+        return (begins[again], is_torn[again], is_marked[again], is_bent[again]), tubes.some(again)
+
+    def _add_torn(self, at: Array, flux: Array, size: float) -> None:
+        """Let the light through torn tubes go where the rays through the middles of their quarters go."""
+        for some in _together(len(at)):
+            middles = at[some, None] + size * _QUARTERS
+            quarters = np.repeat(flux[some, None] / 4, 4, axis=1).ravel()
+            self.account.add_rays(self._traced(middles).shaped(quarters.size), quarters)
+
+    def _is_bent(self, tubes: TubeRays, flux: Array, size: float) -> Mask:
+        """Say which tubes gather light unevenly where that is seen on the picture, or let on unlike parts of it."""
+        is_bent = tubes.is_seen(self.scene.picture.size, _SEEN)
+        is_bent[is_bent] = tubes.some(is_bent).is_uneven(flux[is_bent], _BENT, self.dark)
+        return is_bent | tubes.is_varied(_VARIED) if size > _VARIED_TO else is_bent
+
+    def _traced(self, at: Array) -> TubeRays:
+        """Return the ends of rays through places of the film, shape (..., 2), (row, column) in pixels."""
+        film, places = self.scene.film, at.reshape(-1, 2)
+
+        def rays_of(numbers: NDArray[np.integer[Any]]) -> tuple[Array, Array]:
+            return rays_through(self.scene, places[numbers, 1] / film.columns, places[numbers, 0] / film.rows)
+
+        job, ends = trace_given(self.grid, rays_of, len(places))
+        self.account.records.append(job.record())
+        return TubeRays.of(ends, self.scene, self._through(at), *at.shape[:-1])
+
+    def _through(self, at: Array) -> Array:
+        return flux_at(self.scene, _points(self.scene, at))
 
 
-def _add_cut(account: Account, raymap: RayMap, at: Array) -> None:
-    """Add the light through film pixels that are to be cut.
-
-    Parameters
-    ----------
-    account : Account
-    raymap : RayMap
-    at : float64 array, shape (N, 2)
-        Where on the film they begin, (row, column) in pixels.
-    """
-    size = 1.0
-    for level, side in enumerate(_SIDES, 1):
-        again = [_cut_once(account, raymap, some, size, side, level == len(_SIDES)) for some in _together(at)]
-        at, size = np.concatenate([at[:0], *again]), size / side
-    for some in _together(at):
-        middles = TubeRays.of(_traced(account, raymap, some + size / 2), raymap.scene, len(some))
-        account.add_rays(middles, _flux(raymap.scene, some, size).sum(axis=-1))
-
-
-def _cut_once(account: Account, raymap: RayMap, at: Array, size: float, side: int, is_last: bool) -> Array:
-    """Cut tubes of a size in pixels, `side` x `side`; return where those begin that have to be cut again."""
-    step = size / side
-    corners = at[:, None, None] + step * np.moveaxis(np.indices((side + 1, side + 1)), 0, -1)
-    rays = TubeRays.of(_traced(account, raymap, corners.reshape(-1, 2)), raymap.scene, *corners.shape[:-1])
-    begins = corners[:, :-1, :-1]
-    tubes = rays.of_tubes(np.ones(begins.shape[:-1], dtype=bool))
-    again = _is_torn(tubes).reshape(begins.shape[:-1])
-    if not is_last:
-        again |= _is_bent(rays, raymap.scene.picture.size)
-    account.add_tubes(rays.of_tubes(~again), _flux(raymap.scene, begins[~again], step))
-    return begins[again]
-
-
-def _together(at: Array) -> Iterator[Array]:
-    """Yield as many tubes as are cut at a time."""
-    yield from (at[first : first + _TOGETHER] for first in range(0, len(at), _TOGETHER))
-
-
-def _traced(account: Account, raymap: RayMap, at: Array) -> Mapping[str, NDArray[Any]]:
-    """Return the ends of rays through places of the film, shape (N, 2), (row, column) in pixels."""
-    scene, film = raymap.scene, raymap.scene.film
-
-    def rays_of(numbers: NDArray[np.integer[Any]]) -> tuple[Array, Array]:
-        return rays_through(scene, at[numbers, 1] / film.columns, at[numbers, 0] / film.rows)
-
-    job, ends = trace_given(raymap, rays_of, len(at))
-    account.records.append(job.record())
-    return ends
+def _together(count: int) -> Iterator[slice]:
+    """Yield as many tubes as are cut at a time; of none once."""
+    yield from (slice(first, first + _TOGETHER) for first in range(0, max(count, 1), _TOGETHER))
 
 
 def _flux(scene: Scene, at: Array, size: float) -> Array:
     """Return the flux through both triangles of squares of the film, shape (N, 2), as in `_add_cut`."""
     film = scene.film
     right, down = np.asarray(film.right) / film.columns, np.asarray(film.down) / film.rows
-    corners = np.asarray(film.corner) + at[:, :1] * down + at[:, 1:] * right
-    return flux_through(scene, corners, size * right, size * down)
+    return flux_through(scene, _points(scene, at), size * right, size * down)
 
 
-def _is_torn(tubes: TubeRays) -> NDArray[np.bool_]:
-    """Say of tubes' corners, shape (N, 4), whether their rays end otherwise, or meet other surfaces."""
-    end = np.where(np.isin(tubes.status, LANDS), 0, 1 + tubes.status.astype(np.int32)) * 256 + tubes.events
-    torn: NDArray[np.bool_] = (end[:, 0] != end[:, 1]) | (end[:, 0] != end[:, 2]) | (end[:, 0] != end[:, 3])
-    return torn
+def _points(scene: Scene, at: Array) -> Array:
+    """Return places of the film, shape (..., 2), (row, column) in pixels, in space."""
+    film = scene.film
+    right, down = np.asarray(film.right) / film.columns, np.asarray(film.down) / film.rows
+    points: Array = np.asarray(film.corner) + at[..., :1] * down + at[..., 1:] * right
+    return points
 
 
-def _reaches(rays: TubeRays, size: tuple[int, int]) -> NDArray[np.bool_]:
-    """Say which tubes between corners on grids may put light on the picture, by the box around their places."""
-    found = np.ones((1,), dtype=bool)
-    for axis in (0, 1):
-        corners = [rays.place[..., axis][part] for part in CORNERS]
-        found = found & (np.minimum.reduce(corners) <= size[axis]) & (np.maximum.reduce(corners) >= 0.0)
-    return found
-
-
-def _is_bent(rays: TubeRays, size: tuple[int, int]) -> NDArray[np.bool_]:
-    """Say which tubes between corners on grids gather light unevenly, by the areas that their steps span there."""
-    corner, right, down, far = (rays.place[(*part, slice(None))] for part in CORNERS)
-    lands = np.isin(rays.status, LANDS)
-    with np.errstate(over="ignore", invalid="ignore"):
-        across, below, up, back = right - corner, down - corner, far - right, far - down
-        spans = [_cross(across, below), _cross(across, up), _cross(back, below), _cross(back, up)]
-        apart = np.maximum.reduce(spans) - np.minimum.reduce(spans)
-        wide = np.maximum(np.abs(far - corner), np.abs(right - down))
-        is_seen = np.maximum(wide[..., 0], wide[..., 1]) > _SEEN
-        uneven = apart > _BENT * sum(np.abs(span) for span in spans) / len(spans)
-    bent: NDArray[np.bool_] = uneven & is_seen & np.logical_and.reduce([lands[part] for part in CORNERS])
-    return bent & _reaches(rays, size)
-
-
-def _cross(a: Array, b: Array) -> Array:
-    spanned: Array = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return spanned
+def _may_meet_more(scene: Scene) -> bool:
+    """Say whether light that a lens has bent may meet another one, or the same one again."""
+    is_bent = any(not scene.blocks(number) for number in range(len(scene.lenses)))
+    return is_bent and (len(scene.lenses) > 1 or not scene.lenses[0].surface.is_convex)
 
 
 def _corner_scene(scene: Scene) -> Scene:
-    """Return a scene whose film has a pixel around every corner of the scene's pixels."""
+    """Return a scene whose film has a pixel around every corner of the scene's pixels; rays tell their Jacobian."""
     film = scene.film
     right, down = np.asarray(film.right) / film.columns, np.asarray(film.down) / film.rows
     columns, rows = film.columns + 1, film.rows + 1
@@ -273,4 +317,5 @@ def _corner_scene(scene: Scene) -> Scene:
             scale=1.0,
             size=(columns, rows),
         ),
+        effects=Effects({**scene.effects, "footprint": True, "antialias": 1}),
     )

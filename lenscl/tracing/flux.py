@@ -47,6 +47,18 @@ def flux_through(scene: Scene, corners: Array, right: Array, down: Array) -> Arr
     return 2 * np.arctan2(triple[..., np.newaxis], np.stack([below_abc, below_bdc], axis=-1))
 
 
+def flux_at(scene: Scene, points: Array) -> Array:
+    """Return the flux through the film at points of it, shape (..., 3), by area in film pixels: shape (...)."""
+    film = scene.film
+    normal = np.cross(np.asarray(film.right) / film.columns, np.asarray(film.down) / film.rows)
+    if scene.source.at is None:
+        direction, _ = parallel_source(scene)
+        return np.full(points.shape[:-1], abs(float(direction @ normal)))
+    towards = points - np.asarray(scene.source.at, dtype=np.float64)
+    dense: Array = np.abs(towards @ normal) / _dot(towards, towards) ** 1.5
+    return dense
+
+
 def flux_of_cells(scene: Scene, screen: Film | Picture) -> Array:
     """Return the flux through every pixel of a screen, were there no lenses, shape (rows, columns, 2).
 

@@ -43,11 +43,12 @@ class Cells:
     def __init__(self, rows: int, columns: int, channels: int = 1) -> None:
         self.rows, self.columns = rows, columns
         self._dropped = np.zeros((channels, rows * columns))
+        self._slopes: Array | None = None
         self._changes = np.zeros((channels, rows * (columns + 1)))
         self._changed = np.zeros((channels, rows))  # by how much in all, whichever way
 
-    def spread(self, triangles: Array, carried: Array) -> None:
-        """Spread light over triangles.
+    def spread(self, triangles: Array, carried: Array, gathered: Array | None = None) -> None:
+        """Spread light over triangles: evenly, or with a density that is linear over each.
 
         Parameters
         ----------
@@ -55,6 +56,8 @@ class Cells:
             Corners (x, y): cell (row, column) is [column, column + 1) x [row, row + 1). Finite; either way round.
         carried : float64 array, shape (N, C)
             What each triangle carries.
+        gathered : float64 array, shape (N, 3, C), optional
+            In which proportion the densities at its corners are; not negative. All 0 is even.
         """
         # What lies within one cell needs no area
         reaches, is_within = np.ones((2, len(triangles)), dtype=bool)
@@ -66,6 +69,7 @@ class Cells:
         self.drop(triangles[is_within, 0], carried[is_within])
         reaches &= ~is_within
         triangles, carried = triangles[reaches], carried[reaches]
+        gathered = None if gathered is None else gathered[reaches]
         a, b, c = (triangles[:, corner] for corner in range(3))
         doubled = _cross(b - a, c - a)
         longest = np.maximum(_extent(triangles, 0), _extent(triangles, 1))
@@ -76,7 +80,11 @@ class Cells:
         for some in _parts(triangles, self.rows, self.columns):
             part = triangles[some]
             starts, ends = part.reshape(-1, 2), part[:, [1, 2, 0]].reshape(-1, 2)
-            self._add_edges(starts, ends, np.repeat(density[some], 3, axis=0))
+            if gathered is None:
+                self._add_edges(starts, ends, np.repeat(density[some], 3, axis=0))
+            else:
+                planes = _planes(part, density[some], gathered[~is_thin][some], (self.columns / 2, 0.0))
+                self._add_sloped_edges(starts, ends, np.repeat(planes, 3, axis=0))
 
     def drop(self, points: Array, carried: Array) -> None:
         """Put light, shape (N, C), on points (x, y), shape (N, 2): each within one cell, or beyond the grid."""
@@ -95,19 +103,77 @@ class Cells:
         """
         changes = self._changes.reshape(-1, self.rows, self.columns + 1)
         spread = np.cumsum(changes, axis=-1)[..., : self.columns]
+        if self._slopes is not None:
+            slopes = np.cumsum(self._slopes.reshape(changes.shape), axis=-1)[..., : self.columns]
+            spread += slopes * (np.arange(self.columns) + 0.5 - self.columns / 2)
         spread[np.abs(spread) <= _ROUNDING * self._changed[..., np.newaxis]] = 0.0
         spread += self._dropped.reshape(spread.shape)
         return np.moveaxis(spread, 0, -1)
 
     def _add_edges(self, starts: Array, ends: Array, density: Array) -> None:
         """Add what edges change of a running sum along the rows."""
-        rows = self.rows
-        # Cut the edges at the rows' borders; turned upwards they count the other way
+        edge, row, left, right, down = self._in_rows(starts, ends)
+        piece, column, begin, stop = self._in_columns(left, right)
+        change = density[edge] * down[:, np.newaxis]
+        share = _share(begin[:, 0], stop[:, 0], left[piece, 0], right[piece, 0])
+        beyond = np.clip((begin[:, 0] + stop[:, 0]) / 2, 0, self.columns) - np.clip(column, 0, None)  # through its cell
+
+        # What is right of the piece in its own cell, then the rest of it from the next one on
+        at = row[piece] * (self.columns + 1) + np.maximum(column, 0)
+        for changes, changed, whole in zip(self._changes, self._changed, change.T, strict=True):
+            part = whole[piece] * share
+            np.add.at(changes, at, part * (1 - beyond))
+            np.add.at(changes, at + 1, part * beyond)
+            changed += np.bincount(row, np.abs(whole), self.rows)
+
+    def _add_sloped_edges(self, starts: Array, ends: Array, planes: Array) -> None:
+        """Add what edges change of running sums where density is linear.
+
+        planes, shape (N, C, 3): of each edge's triangle, the density in the middle of the columns at y = 0, and by how
+        much it rises along x and y. A cell to the right of an edge gets its height times the density at the middles of
+        both, which rises from cell to cell: that is the second running sum. In its own cell an edge has L on its right
+        and density R at the cell's border, both linear along it; with g the rise, L (R - g L / 2) is integrated, where
+        the mean of a product of such is that of their means and a twelfth of the product of their changes.
+        """
+        if self._slopes is None:
+            self._slopes = np.zeros_like(self._changes)
+        edge, row, left, right, down = self._in_rows(starts, ends)
+        piece, column, begin, stop = self._in_columns(left, right)
+        at, middle = row[piece] * (self.columns + 1) + np.maximum(column, 0), self.columns / 2
+        height = down[piece] * _share(begin[:, 0], stop[:, 0], left[piece, 0], right[piece, 0])
+        is_in = column >= 0  # else all cells are right of it
+        border = np.maximum(column, -1) + 1.0
+        room, narrower = border - (begin[:, 0] + stop[:, 0]) / 2, begin[:, 0] - stop[:, 0]
+        y, lower = (begin[:, 1] + stop[:, 1]) / 2, stop[:, 1] - begin[:, 1]
+        for channel, (changes, slopes, changed) in enumerate(
+            zip(self._changes, self._slopes, self._changed, strict=True)
+        ):
+            level, along, downwards = planes[edge[piece], channel].T
+            beside = level + downwards * y  # in the middle of the columns
+            at_border = beside + along * (border - middle)
+            own = room * at_border + narrower * downwards * lower / 12 - along / 2 * (room**2 + narrower**2 / 12)
+            own = np.where(is_in, own, beside)
+            np.add.at(changes, at, height * own)
+            np.add.at(changes, at + 1, height * (beside - own))
+            np.add.at(slopes, at + is_in, height * along)
+            changed += np.bincount(row[piece], np.abs(height) * (np.abs(beside) + np.abs(along) * middle), self.rows)
+
+    def _in_rows(self, starts: Array, ends: Array) -> tuple[NDArray[np.int64], NDArray[np.int64], Array, Array, Array]:
+        """Cut edges at the rows' borders.
+
+        Returns
+        -------
+        edge, row : int array, shape (M,)
+            Of each piece.
+        left, right : float64 array, shape (M, 2)
+            Its ends.
+        down : float64 array, shape (M,)
+            By how much it goes down, negative; turned upwards it counts the other way.
+        """
         is_down = ends[:, 1] >= starts[:, 1]
-        down = np.where(is_down[:, np.newaxis], -density, density)
         low, high = (np.where(is_down[:, np.newaxis], *pair) for pair in ((starts, ends), (ends, starts)))
-        first = np.clip(np.floor(low[:, 1]), 0, rows).astype(np.int64)
-        last = np.clip(np.ceil(high[:, 1]), 0, rows).astype(np.int64)
+        first = np.clip(np.floor(low[:, 1]), 0, self.rows).astype(np.int64)
+        last = np.clip(np.ceil(high[:, 1]), 0, self.rows).astype(np.int64)
         edge, row = _counted(first, last)
         slope = np.divide(
             high[:, 0] - low[:, 0], high[:, 1] - low[:, 1], where=high[:, 1] > low[:, 1], out=0 * low[:, 0]
@@ -116,32 +182,51 @@ class Cells:
         x_top, x_bottom = (low[edge, 0] + slope[edge] * (y - low[edge, 1]) for y in (top, bottom))
         # A triangle's edges meet in one point: apart by rounding, they would leave light in a cell beyond it
         x_bottom = np.where(high[edge, 1] <= row + 1, high[edge, 0], x_bottom)
-        change = down[edge] * np.maximum(bottom - top, 0.0)[:, np.newaxis]
-        self._add_pieces(row, x_top, x_bottom, change)
+        down = np.where(is_down[edge], -1.0, 1.0) * np.maximum(bottom - top, 0.0)
+        ends_of = np.stack([x_top, top], axis=1), np.stack([x_bottom, bottom], axis=1)
+        falls = (x_top <= x_bottom)[:, np.newaxis]
+        return edge, row, np.where(falls, *ends_of), np.where(falls, *ends_of[::-1]), down
 
-    def _add_pieces(self, row: NDArray[np.int64], x_top: Array, x_bottom: Array, change: Array) -> None:
-        """Add what pieces of edges within a row each change, shape (N, C), once they are passed."""
+    def _in_columns(self, left: Array, right: Array) -> tuple[NDArray[np.int64], NDArray[np.int64], Array, Array]:
+        """Cut pieces of edges, by their ends, at the columns' borders: which piece, column, and its ends there.
+
+        Column -1 is all that is left of the grid; what is right of it is left out.
+        """
         columns = self.columns
-        # Cut each piece at the columns' borders; column -1 is all that is left of the grid, the last all that is right
-        left, right = np.minimum(x_top, x_bottom), np.maximum(x_top, x_bottom)
-        first = np.clip(np.floor(left), -1, columns).astype(np.int64)
-        last = np.maximum(np.clip(np.ceil(right), 0, columns + 1).astype(np.int64), first + 1)
-        piece, column = _counted(first, last)
-        begin = np.where(column >= 0, np.maximum(left[piece], column), left[piece])
-        stop = np.where(column < columns, np.minimum(right[piece], column + 1), right[piece])
-        wide = right[piece] > left[piece]
-        share = np.divide(stop - begin, right[piece] - left[piece], where=wide, out=np.ones(len(piece)))
-        beyond = np.clip((begin + stop) / 2, 0, columns) - np.clip(column, 0, columns)  # of the way through its cell
+        first = np.clip(np.floor(left[:, 0]), -1, columns).astype(np.int64)
+        last = np.maximum(np.clip(np.ceil(right[:, 0]), 0, columns).astype(np.int64), first + 1)
+        piece, column = _counted(first, np.minimum(last, columns))
+        start, end = left[piece], right[piece]
+        wide = end[:, 0] - start[:, 0]
+        slope = np.divide(end[:, 1] - start[:, 1], wide, where=wide > 0, out=np.zeros(len(wide)))
+        is_cut_left, is_cut_right = (column >= 0) & (start[:, 0] < column), end[:, 0] > column + 1
+        x_begin = np.where(is_cut_left, column, start[:, 0])
+        x_stop = np.where(is_cut_right, column + 1, end[:, 0])
+        y_begin = np.where(is_cut_left, start[:, 1] + slope * (x_begin - start[:, 0]), start[:, 1])
+        y_stop = np.where(is_cut_right, start[:, 1] + slope * (x_stop - start[:, 0]), end[:, 1])
+        return piece, column, np.stack([x_begin, y_begin], axis=1), np.stack([x_stop, y_stop], axis=1)
 
-        # What is right of the piece in its own cell, then the rest of it from the next one on
-        is_in = column < columns
-        piece, column, share, beyond = piece[is_in], column[is_in], share[is_in], beyond[is_in]
-        at = row[piece] * (columns + 1) + np.maximum(column, 0)
-        for changes, changed, whole in zip(self._changes, self._changed, change.T, strict=True):
-            part = whole[piece] * share
-            np.add.at(changes, at, part * (1 - beyond))
-            np.add.at(changes, at + 1, part * beyond)
-            changed += np.bincount(row, np.abs(whole), self.rows)
+
+def _share(begin: Array, stop: Array, left: Array, right: Array) -> Array:
+    """Return which part of its width a piece has between two places; all of it where it has none."""
+    share: Array = np.divide(stop - begin, right - left, where=right > left, out=np.ones(len(begin)))
+    return share
+
+
+def _planes(triangles: Array, density: Array, gathered: Array, origin: tuple[float, float]) -> Array:
+    """Return linear densities, shape (N, C, 3): at an origin, and by how much they rise along x and y.
+
+    `density`, shape (N, C), is their mean, signed as the triangle turns; `gathered`, shape (N, 3, C), their proportion.
+    """
+    mean = gathered.mean(axis=1, keepdims=True)
+    at_corners = density[:, np.newaxis] * np.where(mean > 0, gathered / np.where(mean > 0, mean, 1.0), 1.0)
+    a, b, c = (triangles[:, corner] for corner in range(3))
+    (over, under), doubled = (b - a, c - a), _cross(b - a, c - a)
+    more = at_corners[:, 1:] - at_corners[:, :1]
+    along = (more[:, 0] * under[:, 1:] - more[:, 1] * over[:, 1:]) / doubled[:, np.newaxis]
+    down = (more[:, 1] * over[:, :1] - more[:, 0] * under[:, :1]) / doubled[:, np.newaxis]
+    level = at_corners[:, 0] + along * (origin[0] - a[:, :1]) + down * (origin[1] - a[:, 1:])
+    return np.stack([level, along, down], axis=-1)
 
 
 def _cross(a: Array, b: Array) -> Array:

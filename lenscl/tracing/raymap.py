@@ -172,8 +172,14 @@ class Caustic:
         the way where `fresnel` and `absorption` are compiled in. The light that gets to its end counts by the status
         of its rays; of several wavelengths it is the mean.
     cut : int
-        Film pixels that were cut into smaller tubes, for the map is torn, folded or bent there; the sum over
-        wavelengths.
+        Film pixels that were cut into smaller tubes, for the map is torn, folded or bent there, or a lens's outline may
+        lie there; the sum over wavelengths.
+    not_excluded : float
+        Which part of the light may go elsewhere than `shares` say, at most: what passes so near a lens's outline that
+        bounds do not exclude a part of a lens which no ray has met, and `bent`. Of several wavelengths the mean.
+    bent : float
+        Which part of the light has been bent by a lens and may meet another surface then: of that no bounds say where
+        it goes, only the rays at the corners of tubes. 0 where there is but one lens, and that is convex or opaque.
     """
 
     irradiance: NDArray[np.float64] = field(repr=False)
@@ -181,6 +187,8 @@ class Caustic:
     flux: float
     shares: Mapping[str, float]
     cut: int
+    not_excluded: float
+    bent: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -196,6 +196,7 @@ def test_with_caustics_the_picture_is_painted_in_its_light_and_it_is_said_where_
     shares = {name: float(share) for share, name in re.findall(r"([\d.e-]+) % ([a-z ]+)", said[1])}
     assert {"picture", "reflected"} <= set(shares)
     assert sum(shares.values()) == pytest.approx(100, abs=0.5)
+    assert re.search(r"caustics: not excluded: at most [\d.e-]+ % of the light, at outlines", result.stderr)
     lit = read_picture(folder / "lit.png").pixels
     assert lit.shape == (24, 40, 3)
     rows = table(lenscl("sweep", study_path, *asked, "-o", folder / "out").stdout)

@@ -56,8 +56,8 @@ def reached(scene: Scene) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
 @pytest.mark.parametrize(
     ("source", "picture", "close"),
     [
-        (None, {}, 0.012),  # by which the light changes across a film pixel
-        (None, {"corner": [-3.0, 3.0, -2.0], "down": [0.5, -6.0, -1.0]}, 0.02),
+        (None, {}, 1e-3),
+        (None, {"corner": [-3.0, 3.0, -2.0], "down": [0.5, -6.0, -1.0]}, 1e-3),
         (PARALLEL, {"corner": [-1.0, 1.0, -2.5], "right": [2, 0, 0], "down": [0, -2, 0]}, 1e-9),
         (SLANTED, {"right": [6, 0, 1]}, 1e-9),
     ],
@@ -75,11 +75,21 @@ def test_without_a_lens_it_is_1_where_the_cone_reaches_and_0_elsewhere(source: A
 
 
 def test_light_that_is_not_weighed_by_its_solid_angle_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The flux through each film pixel alike, of whatever size its tubes are."""
+
     def even(scene: Scene, screen: Any) -> Any:
         flux = flux_of_cells(scene, screen)
         return flux if screen is scene.picture else np.full_like(flux, flux.mean())
 
+    def through(scene: Scene, corners: Any, right: Any, down: Any) -> Any:
+        part = math.dist(right, (0, 0, 0)) / scene.film.right[0] * scene.film.columns
+        return np.full((*corners.shape[:-1], 2), flux_of_cells(scene, scene.film).mean() * part**2)
+
     monkeypatch.setattr(caustics, "flux_of_cells", even)
+    monkeypatch.setattr(caustics, "flux_through", through)
+    monkeypatch.setattr(
+        caustics, "flux_at", lambda scene, at: np.full(at.shape[:-1], 2 * flux_of_cells(scene, scene.film).mean())
+    )
     found = lit(AWAY)
     whole, _ = reached(found.scene)
     assert np.abs(found.irradiance[whole] - 1.0).max() > 0.1

@@ -135,3 +135,39 @@ def test_dark_cells_stay_dark_beside_bright_ones_and_faint_ones_are_kept() -> No
     assert (got[:, 1002:] == 0.0).all()
     np.testing.assert_allclose(got[5:8, 910:920], 1e-6, rtol=0.02)
     assert got.sum() == pytest.approx(3000 + 2.02e-4, rel=1e-9)
+
+
+def test_a_linear_density_is_spread_as_many_even_parts_of_it() -> None:
+    """Triangles on the grid, across its borders and beyond, cut into 4^6 whose middles say their density."""
+    draw = np.random.default_rng(4)
+    triangles = draw.uniform(-6.0, 16.0, (30, 3, 2))
+    triangles[20:] = triangles[20:, :1] + draw.uniform(-0.6, 0.6, (10, 3, 2))
+    triangles[0] = [[2.0, 1.0], [2.0, 7.0], [9.0, 4.0]]  # an edge on a border
+    carried, gathered = draw.uniform(0.5, 2.0, (30, 2)), draw.uniform(0.0, 1.0, (30, 3, 2))
+    gathered[3] = 0.0  # even
+    found, expected = Cells(9, 11, 2), Cells(9, 11, 2)
+    found.spread(triangles, carried, gathered)
+    corners, weights = triangles[:, None], np.broadcast_to(np.eye(3), (30, 1, 3, 3))
+    for _ in range(6):
+        parts = []
+        for arrays in (corners, weights):
+            a, b, c = (arrays[:, :, k] for k in range(3))
+            ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+            cut = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            parts.append(np.concatenate([np.stack(part, axis=2) for part in cut], axis=1))
+        corners, weights = parts
+    density = np.einsum("nmi,nic->nmc", weights.mean(axis=2), gathered)
+    density[3] = 1.0
+    light = carried[:, None] * density / density.sum(axis=1, keepdims=True)
+    expected.spread(corners.reshape(-1, 3, 2), light.reshape(-1, 2))
+    np.testing.assert_allclose(found.filled(), expected.filled(), atol=2e-4)
+    even = Cells(9, 11, 2)
+    even.spread(triangles, carried)
+    assert np.abs(even.filled() - expected.filled()).max() > 0.02
+    inside = (
+        (triangles.min(axis=(1, 2)) > 0) & (triangles[..., 0].max(axis=1) < 11) & (triangles[..., 1].max(axis=1) < 9)
+    )
+    alone = Cells(9, 11, 2)
+    alone.spread(triangles[inside], carried[inside], gathered[inside])
+    assert inside.sum() >= 3
+    np.testing.assert_allclose(alone.filled().sum(axis=(0, 1)), carried[inside].sum(axis=0), rtol=1e-13)
