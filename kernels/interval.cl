@@ -1,6 +1,7 @@
 // interval.cl: all that an expression can be on a segment of a ray, as a band about a straight line.
 //
-// provides  band_t; coordinate_error(); band_reach(), band_low(), band_high(), band_pick(), band_between(), band_known()
+// provides  band_t; coordinate_error(); band_reach(), band_low(), band_high(), band_pick(), band_between(), band_known(),
+//           band_settled()
 // needs     prelude; REAL_EPSILON, REAL_TINY
 // source    affine arithmetic cut down to one shared term: Knoll, Hijazi, Kensler, Schott, Hansen, Hagen, Fast ray
 //           tracing of arbitrary implicit surfaces with interval and affine arithmetic, CGF 28(1), 2009
@@ -15,8 +16,14 @@
 //   the factor WIDEN for the sums of positive terms that make up error itself: not more than 16 roundings
 //   UNDERFLOW: not more than 16 results that are flushed to zero, of which each loses less than the smallest normal
 //
-// Where nothing is known, error is infinite or NaN and so is everything made of it. So a proof must be a comparison
-// that holds; one with NaN never does.
+// Unknown is a band of which any of the three numbers is infinite or NaN: then none of them says anything. An unknown
+// stays one by three rules:
+//
+//   every operation on an unknown band gives an unknown one; of a choice, of which one operand is not taken, the other
+//   a proof is a comparison that holds, for one with NaN never does. min_v() and max_v() are none, and lose a NaN that is
+//     their second operand: that must be a number, or stand in the error as well
+//   leaves are settled before F's max and min join what is known of their ends: an unknown one lies between -infinity and
+//     infinity, of which min_v() and max_v() take the right one on either side
 
 #define ROUNDING ((realv)REAL_EPSILON)
 #define WIDEN ((realv)(1 + 8 * REAL_EPSILON))
@@ -51,6 +58,13 @@ static inline band_t band_between(realv low, realv high, int ulps) {
 // The same band, or nothing known outside the lanes.
 static inline band_t band_known(maskv known, band_t a) {
   const band_t c = {a.mid, a.rise, known ? a.error : (realv)INFINITY};
+  return c;
+}
+
+// The same band, or 0 within infinity where any of its numbers is none.
+static inline band_t band_settled(band_t a) {
+  const maskv known = abs_v(a.mid) + abs_v(a.rise) + a.error < (realv)INFINITY;
+  const band_t c = {known ? a.mid : (realv)0, known ? a.rise : (realv)0, known ? a.error : (realv)INFINITY};
   return c;
 }
 

@@ -3,31 +3,32 @@
 // provides  the *_ULP; band_bent(), band_chord()        needs  prelude, interval
 
 // Relative errors of OpenCL's functions in units of ROUNDING (ulp; full profile, OpenCL C 1.2, table 7.1; division and
-// sqrt are exact in double, 2.5 and 3 ulp in single), and of our own cube root
+// sqrt are exact in double, 2.5 and 3 ulp in single), and of our own cube root and tangent
 #define DIVIDE_ULP 3
 #define SQRT_ULP 3
 #define CBRT_ULP 2
 #define EXP_ULP 3
 #define LOG_ULP 3
 #define SIN_ULP 4
-#define TAN_ULP 5
+#define TAN_ULP 8
 #define ATAN_ULP 6
 #define TANH_ULP 5
 #define POW_ULP 16
 
 // g(a) = value + slope (a - mid) + c (a - mid)^2 / 2, where g'' is c, between curve_low and curve_high over the band.
 //
-//   ulps   bounds the relative errors of value and slope; curve_low and curve_high may be wrong by 60
+//   ulps   bounds the relative errors of value and slope; curve_low and curve_high may be wrong by 60.
+//          What is flushed to zero in the three is multiplied as they are
 static inline band_t band_bent(band_t a, realv value, realv slope, realv curve_low, realv curve_high, int ulps) {
   const realv reach = band_reach(a);
-  const realv half_square = HALF * reach * reach * LOOSEN;
+  const realv half_square = HALF * reach * reach * LOOSEN + (realv)REAL_TINY;  // the product may be flushed to zero
   const realv below = curve_low < (realv)0 ? curve_low * half_square : (realv)0;
   const realv above = curve_high > (realv)0 ? curve_high * half_square : (realv)0;
   const realv bend = above - below;
   const band_t c = {value + HALF * (below + above), slope * a.rise,
                     (abs_v(slope) * a.error + (HALF + (realv)4 * ROUNDING) * bend +
                      ((realv)(ulps + 2) * ROUNDING) * (abs_v(value) + abs_v(slope) * reach) +
-                     (UNDERFLOW + UNDERFLOW * reach)) *
+                     UNDERFLOW * ((realv)1 + reach + half_square)) *
                         WIDEN};
   return c;
 }

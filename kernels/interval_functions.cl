@@ -10,8 +10,8 @@ static inline band_t band_exp(band_t a) {
 
 static inline band_t band_log(band_t a, realv least) {
   const realv low = max_v(band_low(a), least);
-  const band_t bent = band_bent(a, log(a.mid), (realv)1 / a.mid, (realv)-1 / (low * low), (realv)0,
-                                LOG_ULP + DIVIDE_ULP);
+  const realv steepest = (realv)1 / low;  // its square may be 0, where that of low is no number
+  const band_t bent = band_bent(a, log(a.mid), (realv)1 / a.mid, -steepest * steepest, (realv)0, LOG_ULP + DIVIDE_ULP);
   return band_known((low > (realv)0) & (a.mid >= low) & (band_high(a) < (realv)REAL_MAX), bent);
 }
 
@@ -43,9 +43,9 @@ static inline band_t band_cos(band_t a) { return band_wave(a, quarter_wave(a.mid
 
 // Between low and high, less than 3 apart, there is a pole exactly if the tangent falls. Its curvature rises.
 static inline band_t band_tan(band_t a) {
-  const realv low = tan(band_low(a));
-  const realv high = tan(band_high(a));
-  const realv value = tan(a.mid);
+  const realv low = tan_v(band_low(a));
+  const realv high = tan_v(band_high(a));
+  const realv value = tan_v(a.mid);
   const realv curve_low = (realv)2 * low * ((realv)1 + low * low);
   const realv curve_high = (realv)2 * high * ((realv)1 + high * high);
   const band_t bent = band_bent(a, value, (realv)1 + value * value, curve_low, curve_high, 2 * TAN_ULP + 2);

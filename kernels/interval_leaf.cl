@@ -75,7 +75,7 @@ static inline __attribute__((always_inline)) void
       const realv off = abs_v(starts[k].mid) / starts[k].error;
       zero = off < nearest ? (maskv)k : zero;
       nearest = min_v(nearest, off);
-      const maskv may = off <= (realv)1;
+      const maskv may = not_lane(off > (realv)1);
       zeros += one_step(may);
       adverse[k] = may ? -side : starts[k].mid;
     }

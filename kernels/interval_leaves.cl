@@ -29,9 +29,10 @@ static inline SURFACE(sight_t)
   realv ends_at[SURFACE(LEAVES)];
 #pragma unroll
   for (int k = 0; k < SURFACE(LEAVES); ++k) {
-    sight.sure[k] = (ALONE ? side * bands[k].mid : abs_v(bands[k].mid)) - abs_v(bands[k].rise) - bands[k].error >= (realv)0;
-    sight.holds[k] = sight.sure[k] ? (bands[k].mid < (realv)0 ? -length : length) : (realv)0;
-    ends_at[k] = bands[k].mid + bands[k].rise + side * bands[k].error;
+    const band_t band = ALONE ? bands[k] : band_settled(bands[k]);
+    sight.sure[k] = (ALONE ? side * band.mid : abs_v(band.mid)) - abs_v(band.rise) - band.error >= (realv)0;
+    sight.holds[k] = sight.sure[k] ? (band.mid < (realv)0 ? -length : length) : (realv)0;
+    ends_at[k] = band.mid + band.rise + side * band.error;
   }
   sight.over = not_lane(on_root) & (ALONE ? sight.sure[0] : side * SURFACE(joined)(sight.holds) >= length);
   sight.turned = side * SURFACE(joined)(ends_at) < (realv)0;
@@ -51,6 +52,8 @@ static inline __attribute__((always_inline)) void
 #pragma unroll
   for (int k = 0; k < SURFACE(LEAVES); ++k) starts[k].mid = starts[k].rise = starts[k].error = (realv)0;
   if (!ALONE || any_lane(asks & not_lane(on_root))) SURFACE(start_bands)(parts, shape, starts);
+#pragma unroll
+  for (int k = 0; k < SURFACE(LEAVES); ++k) starts[k] = ALONE ? starts[k] : band_settled(starts[k]);
   SURFACE(slope_bands)(parts, shape, slopes);
   SURFACE(see_leaves)(starts, slopes, side, on_root, length, half_length, slack, leaf);
 #pragma unroll

@@ -13,10 +13,12 @@ static inline band_t band_reciprocal(band_t a, realv least) {
   const maskv above = low > (realv)0;
   const realv near = above ? low : -high;
   const realv far = above ? high : -low;
-  const realv slope = (realv)1 / (near * far);
+  const realv highest = (realv)1 / near;
+  const realv slope = highest * ((realv)1 / far);  // not 1 / (near far), which may overflow; it may be flushed to zero
   const realv fall = (far - near) * slope;
-  const band_t c = band_chord(band_pick(above, a, band_negate(a)), near, far, far * slope, -slope,
-                              -fall * fall / ((far + (realv)3 * near) * slope), DIVIDE_ULP + 2);
+  band_t c = band_chord(band_pick(above, a, band_negate(a)), near, far, highest, -slope,
+                        -fall * (fall / ((far + (realv)3 * near) * slope)), 2 * DIVIDE_ULP + 1);
+  c.error = (c.error + UNDERFLOW * (far - near)) * WIDEN;
   return band_known((near > (realv)0) & (far < (realv)REAL_MAX), band_pick(above, c, band_negate(c)));
 }
 
@@ -34,7 +36,7 @@ static inline band_t band_sqrt(band_t a, realv least) {
   const realv root_low = sqrt(low);
   const realv slope = (realv)1 / (root_low + sqrt(high));
   const realv climb = (high - low) * slope;
-  const band_t c = band_chord(a, low, high, root_low, slope, (realv)NUMBER(0.25) * climb * climb * slope,
+  const band_t c = band_chord(a, low, high, root_low, slope, (realv)NUMBER(0.25) * climb * (climb * slope),
                               SQRT_ULP + DIVIDE_ULP + 1);
   return band_known((low >= (realv)0) & (high < (realv)REAL_MAX), c);
 }
@@ -82,16 +84,18 @@ static inline band_t band_pow(band_t a, band_t p, realv least) {
                       (high < (realv)REAL_MAX) & (s <= HALF) & ((low > (realv)0) | (p.mid > change));
 
   const realv factor = p.mid * (p.mid - (realv)1);
-  const realv curve_low = factor * at_low / (low * low);
-  const realv curve_high = factor * at_high / (high * high);
+  const realv curve_low = factor * at_low / low / low;
+  const realv curve_high = factor * at_high / high / high;
   band_t bent = band_bent(a, value, p.mid * value / a.mid, min_v(curve_low, curve_high), max_v(curve_low, curve_high),
                           POW_ULP + DIVIDE_ULP + 2);
-  bent.error = (bent.error + (realv)2 * s * max_v(at_low, at_high) * LOOSEN) * WIDEN;
+  bent.error = (bent.error + (realv)2 * s * max_v(at_low, at_high) * LOOSEN + (realv)2 * UNDERFLOW) * WIDEN;
 
   // Near zero, where the curvature may be unbounded, take the range
   const maskv rises = p.mid > (realv)0;
   const realv less = (realv)1 - (realv)2 * s;
   const realv more = ((realv)1 + (realv)2 * s) * WIDEN;
   const band_t range = band_between((rises ? at_low : at_high) * less, (rises ? at_high : at_low) * more, POW_ULP + 4);
-  return band_known(known, band_pick(((realv)16 * low > high) & (a.mid >= low), bent, range));
+  const maskv bends = ((realv)16 * low > high) & (a.mid >= low) &  //
+                       (min_v(at_low, at_high) >= (realv)REAL_TINY) & (bent.error <= range.error);
+  return band_known(known, band_pick(bends, bent, range));
 }

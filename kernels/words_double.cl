@@ -32,5 +32,6 @@
 #undef far_wave
 #undef sin_v
 #undef cos_v
+#undef tan_v
 #undef no_root
 #undef one_step

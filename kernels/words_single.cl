@@ -34,5 +34,6 @@
 #define far_wave single_far_wave
 #define sin_v single_sin_v
 #define cos_v single_cos_v
+#define tan_v single_tan_v
 #define no_root single_no_root
 #define one_step single_one_step

@@ -46,6 +46,8 @@ def bounds(expr: Expr, box: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> tuple[
             elif each.op == "number":
                 value = np.asarray(each.value, dtype=np.float64)
                 at[each] = intervals.interval(value, value)
+            elif each.op == "*" and each.args[0] is each.args[1]:  # a power that has become a product
+                at[each] = intervals.integer_power(at[each.args[0]], 2)
             else:
                 at[each] = OPERATIONS[each.op].interval(intervals, *(at[arg] for arg in each.args))
     shape = np.broadcast_shapes(*(part.shape for each in given.values() for part in (each.lo, each.hi)))

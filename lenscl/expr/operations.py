@@ -284,7 +284,7 @@ _ROWS: tuple[Operation, ...] = (
         interval=lambda iv, u: iv.cosine(u),
     ),
     _function(
-        "tan", 1,
+        "tan", 1, c="tan{on_lanes}({0})",
         evaluate=lambda np, u: np.tan(u),
         derivative=lambda w, u, du: (1.0 + power(w, 2)) * du,
         interval=lambda iv, u: iv.tangent(u),

@@ -193,10 +193,14 @@ def _angle(y: Jet, x: Jet) -> Jet:
     if contains_zero(y.value) and not x.value > 0:  # on its cut it jumps by a full turn: no slope bounds that
         square = square * arb("nan")
     slopes = ((x.value * a - y.value * b) / square for a, b in zip(y.slopes, x.slopes, strict=True))
-    return Jet(arb.atan2(y.value, x.value), tuple(slopes))
+    known = y.value.is_finite() and x.value.is_finite()  # python-flint has an angle of what is undefined, too
+    return Jet(arb.atan2(y.value, x.value) if known else y.value * x.value, tuple(slopes))
 
 
 def _pow(u: Jet, p: Jet) -> Jet:
+    if not u.is_nonnegative or not u.value.is_finite():  # python-flint has whole powers of negative numbers, too
+        undefined = u.value / 0
+        return u.by(undefined, undefined)
     if p.value > 0 and all(b.is_zero() for b in p.slopes):
         slope = p.value * (_rising(u, lambda x: x ** (p.value - 1)) if p.value > 1 else u.value ** (p.value - 1))
         return u.by(_rising(u, lambda x: x**p.value), slope)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.config import Scene
-from lenscl.expr import evaluate, evaluate_with_error, gradient
+from lenscl.expr import bounds, evaluate, evaluate_with_error, gradient
 from lenscl.tracing.placement import Placement
 
 _NOWHERE = -1
@@ -48,7 +48,18 @@ def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int8],
             bound = rounding + sum(np.abs(slope) * moved[:, axis] for axis, slope in enumerate(slopes))
         bound = np.where(np.isfinite(bound), bound, rounding)
 
-        touches = np.abs(f) <= bound
+        touches, is_inside = np.abs(f) <= bound, f < 0.0
+
+        # Where F's rounding is not known its bounds about the point may tell the sign: max(known, log(0)) has one
+        unsure = np.flatnonzero(np.isinf(rounding))
+        if unsure.size:
+            about = {
+                axis: (at - by, at + by)
+                for axis, at, by in zip("xyz", local[near[unsure]].T, moved[unsure].T, strict=True)
+            }
+            fixed = {name: (value, value) for name, value in lens.values.items()}
+            low, high = bounds(lens.surface.expression, {**fixed, **about})
+            touches[unsure], is_inside[unsure] = (low <= 0.0) & (high >= 0.0), high < 0.0
         on[near[touches]] = number
-        inside[near[(f < 0.0) & ~touches]] = number
+        inside[near[is_inside & ~touches]] = number
     return inside, on

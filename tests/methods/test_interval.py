@@ -251,8 +251,8 @@ def test_a_root_on_which_a_segment_happens_to_end_is_found() -> None:
 
 
 BROKEN = {
-    "the band's rise is left out": (" - abs_v(bands[k].rise) - bands", " - bands"),
-    "the band's error is left out": ("- abs_v(bands[k].rise) - bands[k].error >=", "- abs_v(bands[k].rise) >="),
+    "the band's rise is left out": (" - abs_v(band.rise) - band.error", " - band.error"),
+    "the band's error is left out": ("- abs_v(band.rise) - band.error >=", "- abs_v(band.rise) >="),
     "the slope's error is left out": ("sloped + doubt, bent, true", "sloped, bent, true"),
     "the slope does not bend": ("const realv bends = -sign * slope.rise;", "const realv bends = (realv)0;"),
     "the ray starts too high": (
