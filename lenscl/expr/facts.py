@@ -10,18 +10,28 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from itertools import product
+from typing import TYPE_CHECKING, TypeAlias
 
 from lenscl.expr.graph import Expr, walk
 from lenscl.expr.operations import whole
 
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    Mask = NDArray[np.bool_]
+
 Bounds = tuple[Fraction | None, Fraction | None]  # low and high; None: not known
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+_Ends: TypeAlias = "Callable[[Expr], tuple[Array, Array]]"
 _NEVER_NEGATIVE = ("sqrt", "hypot", "exp", "pow", "norm")
 _WITHIN_ONE = ("sin", "cos", "tanh")
 _ZERO, _ONE = Fraction(0), Fraction(1)
 _MOST_BITS = 65_536  # of an exact bound
-_LEVELS = 5  # halvings of the box
+_LEVELS = 7  # halvings of the box
 _MOST_BOXES = 20_000
 _WIDER = 1e-6  # of the box, on every side: rays are rounded
 
@@ -110,28 +120,34 @@ class Facts:
         return None, None
 
     def _never_zero(self, u: Expr) -> bool:
-        """Say whether u is a positive function by its structure, without a bound that tells."""
-        match u.op:
+        """Say whether u is positive by its structure, though no bound tells by how much."""
+        bounds: dict[Expr, Bounds] = {}
+        positive: dict[Expr, bool] = {}
+        for each in walk([u]):
+            bounds[each] = low, _ = self._of_node(each, [bounds[arg] for arg in each.args])
+            positive[each] = (low is not None and low > 0) or self._is_positive_node(each, positive, bounds)
+        return positive[u]
+
+    def _is_positive_node(self, each: Expr, positive: Mapping[Expr, bool], bounds: Mapping[Expr, Bounds]) -> bool:
+        args = each.args
+        highs, lows = ([bounds[arg][end] for arg in args] for end in (1, 0))
+        match each.op:
             case "exp":
                 return True
             case "sqrt" | "pow" | "cbrt":
-                return self.is_positive(u.args[0])
-            case "abs":
-                return self.is_positive(u.args[0]) or self.is_negative(u.args[0])
-            case "power":
-                even = whole(u.args[1]) % 2 == 0
-                return self.is_positive(u.args[0]) or (even and self.is_negative(u.args[0]))
-            case "*" | "/":
-                return all(self.is_positive(arg) for arg in u.args)
+                return positive[args[0]]
+            case "abs" | "power":
+                away = highs[0] is not None and highs[0] < 0 and (each.op == "abs" or whole(args[1]) % 2 == 0)
+                return positive[args[0]] or away
+            case "*" | "/" | "min":
+                return all(positive[arg] for arg in args)
             case "+":
-                first, second = u.args
-                return (self.is_positive(first) and self.is_nonnegative(second)) or (
-                    self.is_positive(second) and self.is_nonnegative(first)
-                )
+                never_negative = [
+                    (low is not None and low >= 0) or positive[arg] for low, arg in zip(lows, args, strict=True)
+                ]
+                return any(positive[arg] for arg in args) and all(never_negative)
             case "max":
-                return any(self.is_positive(arg) for arg in u.args)
-            case "min":
-                return all(self.is_positive(arg) for arg in u.args)
+                return any(positive[arg] for arg in args)
         return False
 
     def _has_value(self, each: Expr) -> bool:
@@ -151,9 +167,35 @@ class Facts:
                 return False
         return True
 
+    def decides(self, op: str, u: Expr, v: Expr) -> bool:
+        """Whether max(u, v), or min, is proved to have the sign of u all over the box."""
+        way = 1.0 if op == "max" else -1.0
+
+        def is_told(ends: _Ends) -> tuple[Mask, Mask]:
+            (u_low, u_high), (v_low, v_high) = (ends(each) for each in (u, v))
+            if way < 0.0:
+                u_low, u_high, v_low, v_high = -u_high, -u_low, -v_high, -v_low
+            return (u_low > 0.0) | (v_high < 0.0), (u_high <= 0.0) & (v_low >= 0.0)
+
+        return self.is_total(v) and self._each_part([u, v], is_told)
+
     def _over_the_box(self, u: Expr) -> bool:
         """Whether interval bounds prove u > 0 on the box, with nothing known of parameters."""
-        if self.box is None or any(each.op == "symbol" and each.name not in ("x", "y", "z") for each in walk([u])):
+
+        def is_told(ends: _Ends) -> tuple[Mask, Mask]:
+            low, high = ends(u)
+            return low > 0.0, high <= 0.0
+
+        return self._each_part([u], is_told)
+
+    def _each_part(self, exprs: list[Expr], is_told: Callable[[_Ends], tuple[Mask, Mask]]) -> bool:
+        """Part the box until something is told of each part; not so where it is told to be wrong, or takes too many.
+
+        `is_told` takes a function that gives an expression's bounds on the parts, and says of which parts the proof is
+        made, and of which it fails.
+        """
+        names = {str(each.name) for each in walk(exprs) if each.op == "symbol"}
+        if self.box is None or not names <= {"x", "y", "z"}:
             return False
         import numpy as np  # which reading a study waits for only where it has to
 
@@ -166,14 +208,15 @@ class Facts:
         corners = (low - _WIDER * (high - low))[None]
         for _ in range(_LEVELS + 1):
             ends = {name: (corners[:, i], corners[:, i] + side[i]) for i, name in enumerate("xyz")}
-            least, greatest = bounds(u, ends)
-            if (greatest <= 0.0).any():
+            middles = {name: (0.5 * (a + b),) * 2 for name, (a, b) in ends.items()}
+            if is_told(partial(bounds, box=middles))[1].any():
                 return False
-            corners = corners[~(least > 0.0)]
+            done, failed = is_told(partial(bounds, box=ends))
+            corners = corners[~done]
+            if failed.any() or 8 * len(corners) > _MOST_BOXES:
+                return False
             if not len(corners):
                 return True
-            if 8 * len(corners) > _MOST_BOXES:
-                return False
             side = 0.5 * side
             corners = np.concatenate([corners + side * np.array(way) for way in product((0, 1), repeat=3)])
         return False

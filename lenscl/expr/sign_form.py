@@ -9,57 +9,22 @@ a value only where that has one or where its sign is settled, as at a logarithm'
 leaves out stays left out: a root or a logarithm goes only if what it is taken of is proved never negative (`facts`), a
 divisor only if it is proved never 0. Numbers moved through a function are rounded once. Parameters may have any value.
 
-The rules are rows. Those of `IDENTITIES` keep the value; those of `OUTER` say of an operation t and a level c that
-t - c has the sign of u - d, or of d - u.
+The rules are the rows of `sign_rules`.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Sequence
 from fractions import Fraction
-from typing import TypeAlias
 
 from lenscl.expr.facts import Facts
-from lenscl.expr.graph import MAX_POWER, Expr, build, number, walk
-from lenscl.expr.operations import whole
+from lenscl.expr.graph import Expr, build, walk
 from lenscl.expr.root_free import without_root
-from lenscl.expr.simplify import power
+from lenscl.expr.sign_rules import IDENTITIES, NOTHING, OUTER, Level, Step
 
-Level: TypeAlias = "Fraction | Expr"  # a number, exactly, or what is made of parameters alone
-_COORDINATES = ("x", "y", "z")
-_NOTHING = Fraction(0)
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
-    """t - c has the sign of `sign` (u - d); nothing is gained by an affine step alone."""
-
-    sign: int
-    u: Expr
-    d: Level
-    is_affine: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Outer:
-    """A rule for t - c, t an operation: its identity, when it holds, and what does it, None where it does not fit."""
-
-    op: str
-    identity: str
-    condition: str
-    apply: Callable[[Facts, Expr, Level], Step | None]
-
-
-@dataclass(frozen=True, slots=True)
-class Identity:
-    """A rule that keeps an operation's value and its domain."""
-
-    op: str
-    identity: str
-    condition: str
-    apply: Callable[[Facts, Expr], Expr | None]
+_DEEPEST = 100  # of what is taken off one from the other
+_MOST_PARTS = 200  # of max, min and abs
+_MOST_CHOICES = 4  # of max and min, of which it is tried whether one is needless
 
 
 def sign_form(expr: Expr, facts: Facts) -> Expr:
@@ -73,8 +38,23 @@ def sign_form(expr: Expr, facts: Facts) -> Expr:
         What is known over the box that F is searched in.
     """
     plain = _rewritten(expr, facts)
-    found = _sign(plain, _NOTHING, facts)
-    return plain if found is None else _rewritten(found, facts)
+    if sum(each.op in ("max", "min", "abs") for each in walk([plain])) > _MOST_PARTS:
+        return plain  # a solid of many faces, each of which would have to be looked at in turn
+    found = _sign(plain, NOTHING, facts)
+    form = plain if found is None else _rewritten(found, facts)
+    choices = sum(each.op in ("max", "min") for each in walk([form]))
+    return _decisive(form, facts) if choices <= _MOST_CHOICES else form
+
+
+def _decisive(t: Expr, facts: Facts) -> Expr:
+    """Leave out of max and min what never decides their sign: a ball that the solid lies in anyway."""
+    if t.op not in ("max", "min"):
+        return t
+    u, v = (_decisive(arg, facts) for arg in t.args)
+    for one, other in ((u, v), (v, u)):
+        if facts.decides(t.op, one, other):
+            return one
+    return build(t.op, u, v)
 
 
 def _rewritten(expr: Expr, facts: Facts) -> Expr:
@@ -87,28 +67,42 @@ def _rewritten(expr: Expr, facts: Facts) -> Expr:
     return made[expr]
 
 
-def _sign(t: Expr, c: Level, facts: Facts, *, is_inside: bool = False) -> Expr | None:
-    """Return an expression of the sign of t - c, None where none is gained.
-
-    `is_inside`: something has been taken off round it, so that its number of units means nothing any more.
-    """
+def _sign(t: Expr, c: Level, facts: Facts, depth: int = 0) -> Expr | None:
+    """Return an expression of the sign of t - c, None where none is gained; `depth`: what was taken off round it."""
+    if depth > _DEEPEST:
+        return None
+    outer, sign = t, 1
+    while depth and c == 0 and t.op in ("*", "/", "neg") and (step := _first(facts, t, c, is_affine=True)):
+        t, sign = step.u, sign * step.sign  # inside something else its number of units means nothing
+    scaled, its_sign = t, sign
+    while (step := _first(facts, t, c, is_affine=True)) is not None:
+        t, c, sign = step.u, step.d, sign * step.sign
     if t.op in ("max", "min"):
-        parts = [_sign(arg, c, facts, is_inside=is_inside) for arg in t.args]
-        if parts == [None, None]:
-            return None
-        return build(
-            t.op, *(_difference(arg, c) if part is None else part for arg, part in zip(t.args, parts, strict=True))
-        )
-    for rule in OUTER:
-        step = rule.apply(facts, t, c) if rule.op == t.op else None
-        if step is None:
-            continue
-        inner = _sign(step.u, step.d, facts, is_inside=is_inside or not step.is_affine)
-        if inner is None and step.is_affine and not (is_inside and c == 0 and t.op in ("*", "/")):
-            continue
-        found = _difference(step.u, step.d) if inner is None else inner
-        return found if step.sign > 0 else -found
-    return without_root(_difference(t, c), facts)
+        found = _chosen(t.op, t.args, c, facts, depth)
+    elif t.op == "abs":
+        found = _chosen("max", (t.args[0], -t.args[0]), c, facts, depth)
+    elif (step := _first(facts, t, c, is_affine=False)) is not None:
+        sign *= step.sign
+        found = _sign(step.u, step.d, facts, depth + 1)
+        found = _difference(step.u, step.d) if found is None else found
+    else:
+        found = without_root(_difference(t, c), facts)
+        if found is None and scaled is not outer:
+            found, sign = scaled, its_sign
+    return found if found is None or sign > 0 else -found
+
+
+def _first(facts: Facts, t: Expr, c: Level, *, is_affine: bool) -> Step | None:
+    steps = (rule.apply(facts, t, c) for rule in OUTER if rule.op == t.op and rule.is_affine == is_affine)
+    return next((step for step in steps if step is not None), None)
+
+
+def _chosen(op: str, args: Sequence[Expr], c: Level, facts: Facts, depth: int) -> Expr | None:
+    """Return an expression of the sign of the greater of two less c, or of the lesser."""
+    parts = [_sign(arg, c, facts, depth) for arg in args]
+    if parts == [None, None]:
+        return None
+    return build(op, *(_difference(arg, c) if part is None else part for arg, part in zip(args, parts, strict=True)))
 
 
 def _difference(t: Expr, c: Level) -> Expr:
@@ -128,262 +122,3 @@ def _difference(t: Expr, c: Level) -> Expr:
             break
     value = float(abs(moved))
     return t + value if moved < 0 else t - value
-
-
-def _level(of: Expr) -> Level | None:
-    """Return what does not depend on the place as a level, else None."""
-    if of.value is not None:
-        return Fraction(of.value)
-    return None if of.depends_on(_COORDINATES) else of
-
-
-def _add(c: Level, d: Level, sign: int = 1) -> Level:
-    if isinstance(c, Fraction) and isinstance(d, Fraction):
-        return c + sign * d
-    a, b = _expr(c), _expr(d)
-    return a + b if sign > 0 else a - b
-
-
-def _expr(c: Level) -> Expr:
-    return c if isinstance(c, Expr) else number(float(c))
-
-
-def _by(c: Level, function: Callable[[float], float]) -> Fraction | None:
-    """Return a function of a level that is a number, rounded; None where it has no finite value."""
-    if isinstance(c, Expr):
-        return None
-    try:
-        return Fraction(function(float(c)))
-    except (ArithmeticError, ValueError):
-        return None
-
-
-# --- t - c
-
-
-def _negation(_: Facts, t: Expr, c: Level) -> Step | None:
-    return Step(-1, t.args[0], -c, is_affine=True)
-
-
-def _sum(_: Facts, t: Expr, c: Level) -> Step | None:
-    for part, rest in (t.args, t.args[::-1]):
-        if (level := _level(part)) is not None:
-            return Step(1, rest, _add(c, level, -1), is_affine=True)
-    return None
-
-
-def _less(_: Facts, t: Expr, c: Level) -> Step | None:
-    u, v = t.args
-    if (level := _level(v)) is not None:
-        return Step(1, u, _add(c, level), is_affine=True)
-    if (level := _level(u)) is not None:
-        return Step(-1, v, _add(level, c, -1), is_affine=True)
-    return None
-
-
-def _multiple(_: Facts, t: Expr, c: Level) -> Step | None:
-    for factor, u in (t.args, t.args[::-1]):
-        if factor.value:
-            d = c / Fraction(factor.value) if isinstance(c, Fraction) else c / factor
-            return Step(1 if factor.value > 0.0 else -1, u, d, is_affine=True)
-    return None
-
-
-def _share(_: Facts, t: Expr, c: Level) -> Step | None:
-    u, v = t.args
-    if not v.value:
-        return None
-    d = c * Fraction(v.value) if isinstance(c, Fraction) else c * v
-    return Step(1 if v.value > 0.0 else -1, u, d, is_affine=True)
-
-
-def _factor(facts: Facts, t: Expr, c: Level) -> Step | None:
-    if c != 0:
-        return None
-    for factor, u in (t.args[::-1], t.args):
-        sign = _sure_sign(facts, factor) if factor.value is None else 0
-        if sign:
-            return Step(sign, u, _NOTHING)
-    return None
-
-
-def _quotient(facts: Facts, t: Expr, c: Level) -> Step | None:
-    u, v = t.args
-    sign = _sure_sign(facts, v) if v.depends_on(_COORDINATES) else 0
-    if not sign:
-        return None
-    return Step(sign, u if c == 0 else u - _expr(c) * v, _NOTHING)
-
-
-def _sure_sign(facts: Facts, u: Expr) -> int:
-    """Return 1 or -1 where that is the sign of a factor everywhere, else 0."""
-    sign = 1 if facts.is_positive(u) else (-1 if facts.is_negative(u) else 0)
-    return sign if sign and facts.is_total(u) else 0
-
-
-def _reciprocal(facts: Facts, t: Expr, c: Level) -> Step | None:
-    k, v = t.args
-    if not k.value or isinstance(c, Expr) or k.value * c <= 0 or not facts.is_nonnegative(v):
-        return None
-    return Step(-1 if k.value > 0.0 else 1, v, Fraction(k.value) / c)
-
-
-def _odd_power(_: Facts, t: Expr, c: Level) -> Step | None:
-    u, n = t.args[0], whole(t.args[1])
-    if n % 2 == 0 or n < 3:
-        return None
-    if isinstance(c, Expr):
-        return Step(1, u, build("cbrt", c)) if n == 3 else None
-    root = round(float(abs(c)) ** (1.0 / n)) if abs(c) < 2**53 else 0
-    exact = Fraction(root) if Fraction(root) ** n == abs(c) else _by(abs(c), lambda size: size ** (1.0 / n))
-    return None if exact is None else Step(1, u, exact if c >= 0 else -exact)
-
-
-def _cube_root(_: Facts, t: Expr, c: Level) -> Step | None:
-    return Step(1, t.args[0], c**3 if isinstance(c, Fraction) else power(c, 3))
-
-
-def _tanh(_: Facts, t: Expr, c: Level) -> Step | None:
-    d = _by(c, math.atanh)
-    return None if d is None else Step(1, t.args[0], d)
-
-
-def _exponential(_: Facts, t: Expr, c: Level) -> Step | None:
-    d = _by(c, math.log)
-    return None if d is None else Step(1, t.args[0], d)
-
-
-def _logarithm(facts: Facts, t: Expr, c: Level) -> Step | None:
-    d = build("exp", c) if isinstance(c, Expr) else _by(c, math.exp)
-    return Step(1, t.args[0], d) if d is not None and d != 0 and facts.is_nonnegative(t.args[0]) else None
-
-
-def _square(c: Level) -> Level | None:
-    """Return what a root of u >= 0 is compared by: u - c |c| has the sign of sqrt(u) - c. None for a number c <= 0."""
-    if isinstance(c, Expr):
-        return c * build("abs", c)
-    return c * c if c > 0 else None
-
-
-def _root(facts: Facts, t: Expr, c: Level) -> Step | None:
-    d = _square(c)
-    return Step(1, t.args[0], d) if d is not None and facts.is_nonnegative(t.args[0]) else None
-
-
-def _distance(_: Facts, t: Expr, c: Level) -> Step | None:
-    d, (u, v) = _square(c), t.args
-    return None if d is None else Step(1, power(u, 2) + power(v, 2), d)
-
-
-def _real_power(facts: Facts, t: Expr, c: Level) -> Step | None:
-    u, p = t.args
-    if not p.value or isinstance(c, Expr) or c <= 0 or not facts.is_nonnegative(u):
-        return None
-    exponent = 1.0 / p.value
-    d = _by(c, lambda size: size**exponent)
-    return Step(1 if p.value > 0.0 else -1, u, d) if d else None
-
-
-def _alike(facts: Facts, t: Expr, c: Level) -> Step | None:
-    u, v = t.args
-    if c != 0 or u.op != v.op or not (u.depends_on(_COORDINATES) and v.depends_on(_COORDINATES)):
-        return None
-    if u.op in ("exp", "tanh", "cbrt"):
-        return Step(1, u.args[0] - v.args[0], _NOTHING)
-    if u.op == "sqrt" and all(facts.is_nonnegative(each.args[0]) for each in (u, v)):
-        return Step(1, u.args[0] - v.args[0], _NOTHING)
-    if u.op == "log" and all(facts.is_positive(each.args[0]) for each in (u, v)):
-        return Step(1, u.args[0] - v.args[0], _NOTHING)
-    return None
-
-
-def _opposite(_: Facts, t: Expr, c: Level) -> Step | None:
-    u, v = t.args
-    if c != 0 or u.op != v.op or u.op not in ("tanh", "cbrt"):
-        return None
-    return Step(1, u.args[0] + v.args[0], _NOTHING)
-
-
-OUTER: tuple[Outer, ...] = (
-    Outer("neg", "-u - c ~ -(u + c)", "", _negation),
-    Outer("+", "tanh(u) + tanh(v) ~ u + v; cbrt likewise", "c = 0", _opposite),
-    Outer("+", "(u + k) - c ~ u - (c - k)", "k does not depend on the place", _sum),
-    Outer("-", "h(u) - h(v) ~ u - v, h = exp, tanh, cbrt, sqrt, log", "c = 0; sqrt: u, v >= 0; log: u, v > 0", _alike),
-    Outer("-", "(u - k) - c ~ u - (c + k), (k - u) - c ~ -(u - (k - c))", "k does not depend on the place", _less),
-    Outer("*", "k u - c ~ k (u - c / k)", "k a number, not 0", _multiple),
-    Outer("*", "u v ~ u", "c = 0; v > 0 everywhere; ~ -u where v < 0 everywhere", _factor),
-    Outer("/", "u / k - c ~ k (u - c k)", "k a number, not 0", _share),
-    Outer("/", "u / v - c ~ u - c v", "v > 0 everywhere; ~ c v - u where v < 0 everywhere", _quotient),
-    Outer("/", "k / u - c ~ k / c - u", "k and c of one sign, u >= 0; at u = 0 it is infinite", _reciprocal),
-    Outer("power", "u^n - c ~ u - c^(1/n)", "n odd", _odd_power),
-    Outer("cbrt", "cbrt(u) - c ~ u - c^3", "", _cube_root),
-    Outer("tanh", "tanh(u) - c ~ u - artanh(c)", "|c| < 1", _tanh),
-    Outer("exp", "exp(u) - c ~ u - log(c)", "c > 0", _exponential),
-    Outer("log", "log(u) - c ~ u - exp(c)", "u >= 0; at u = 0 it is minus infinity", _logarithm),
-    Outer("sqrt", "sqrt(u) - c ~ u - c |c|", "u >= 0; no number c <= 0", _root),
-    Outer("hypot", "hypot(u, v) - c ~ u^2 + v^2 - c |c|", "no number c <= 0", _distance),
-    Outer("pow", "u^p - c ~ p (u - c^(1/p))", "u >= 0, c > 0, p a number", _real_power),
-)
-
-
-# --- the same value
-
-
-def _root_of_power(_: Facts, w: Expr) -> Expr | None:
-    (u,) = w.args
-    if u.op != "power" or whole(u.args[1]) % 2:
-        return None
-    half = whole(u.args[1]) // 2
-    return power(u.args[0] if half % 2 == 0 else build("abs", u.args[0]), half)
-
-
-def _power_of_root(facts: Facts, w: Expr) -> Expr | None:
-    base, n = w.args[0], whole(w.args[1])
-    match base.op:
-        case "sqrt" if n % 2 == 0 and facts.is_nonnegative(base.args[0]):
-            return power(base.args[0], n // 2)
-        case "cbrt" if n % 3 == 0:
-            return power(base.args[0], n // 3)
-        case "abs" if n % 2 == 0:
-            return power(base.args[0], n)
-        case "hypot" if n % 2 == 0:
-            return power(power(base.args[0], 2) + power(base.args[1], 2), n // 2)
-    return None
-
-
-def _root_of_cube(_: Facts, w: Expr) -> Expr | None:
-    (u,) = w.args
-    return power(u.args[0], whole(u.args[1]) // 3) if u.op == "power" and whole(u.args[1]) % 3 == 0 else None
-
-
-def _size(facts: Facts, w: Expr) -> Expr | None:
-    low = facts.low(w.args[0])
-    return w.args[0] if low is not None and low >= 0 else None
-
-
-def _real_power_of_square(_: Facts, w: Expr) -> Expr | None:
-    u, p = w.args
-    if p.value == 0.5:
-        root = build("sqrt", u)
-        return _root_of_power(_, root) or root
-    if u.op != "power" or whole(u.args[1]) % 2 or not p.value or p.value < 0.0:
-        return None
-    total = Fraction(p.value) * whole(u.args[1])
-    if total.denominator != 1 or total > MAX_POWER:
-        return None
-    return power(build("abs", u.args[0]) if total % 2 else u.args[0], int(total))
-
-
-def _inverse(_: Facts, w: Expr) -> Expr | None:
-    (u,) = w.args
-    return u.args[0] if u.op == "exp" else None
-
-
-IDENTITIES: tuple[Identity, ...] = (
-    Identity("sqrt", "sqrt(u^2) = |u|, sqrt(u^(2 n)) = |u|^n", "", _root_of_power),
-    Identity("power", "sqrt(u)^(2 n) = u^n; hypot and |u| and cbrt likewise", "sqrt: u >= 0", _power_of_root),
-    Identity("cbrt", "cbrt(u^(3 n)) = u^n", "", _root_of_cube),
-    Identity("abs", "|u| = u", "u >= 0", _size),
-    Identity("pow", "u^0.5 = sqrt(u), (u^(2 m))^p = |u|^(2 m p)", "2 m p whole and positive", _real_power_of_square),
-    Identity("log", "log(exp(u)) = u", "", _inverse),
-)

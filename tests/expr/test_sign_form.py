@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from lenscl.expr import Facts, degree, evaluate, never_negative, number, parse, root_polynomial, sign_form, symbol
 from lenscl.expr.graph import Expr, node
-from lenscl.expr.sign_form import IDENTITIES, OUTER, Identity, Outer
+from lenscl.expr.sign_rules import IDENTITIES, OUTER, Identity, Outer
 
 NAMES = ["x", "y", "z", "R", "r", "k"]
 BOX = ((-1.1, -1.1, -1.1), (1.1, 1.1, 1.1))
@@ -58,7 +58,7 @@ def _operations(op: str) -> Any:
         return ([u, number(p)] for u in [*POOL, node("power", x, number(4.0))] for p in (0.5, 0.75, 1.5, -0.25))
     if op in ("neg", "sqrt", "cbrt", "abs", "exp", "log", "tanh"):
         return ([u] for u in POOL)
-    return itertools.product(POOL, POOL if op in ("+", "-") else POOL[::3])
+    return itertools.product(POOL[::2], POOL[::3]) if op in ("/", "*", "atan2") else itertools.product(POOL, POOL)
 
 
 @pytest.mark.parametrize("rule", OUTER, ids=lambda rule: rule.identity)
@@ -127,6 +127,12 @@ FORMS = {
     "abs(x)^2 + abs(y)^4 + z^2 - 0.5": "x^2 + y^4 + z^2 - 0.5",
     "cbrt(x)**3 + y^2 + z^2 - 0.5": "x + y^2 + z^2 - 0.5",
     "4 - 1/(x^2 + y^2 + z^2)": "x^2 + y^2 + z^2 - 0.25",
+    "abs(sqrt(x^2 + y^2 + z^2) - 0.75) - 0.25": "max(x^2 + y^2 + z^2 - 1, 0.25 - (x^2 + y^2 + z^2))",
+    f"atan2({F}, 1 + z^2)": F,
+    # A ball in which the solid lies, and which it decides nothing of
+    f"max({F}, x^2 + y^2 + z^2 - 1.4)": F,
+    f"max(x^2 + y^2 + z^2 - 1.4, tanh({F}), z - 0.3)": f"max({F}, z - 0.3)",
+    "min(x^2 + y^2 + z^2 - 0.5, x^2 + y^2 + (z - 0.1)^2 - 0.2)": "x^2 + y^2 + z^2 - 0.5",
     "sqrt(x + 1.5) - 1": "x + 0.5",  # x + 1.5 is positive in the box
     "log(x + 1.5)": "x + 0.5",
 }
@@ -143,6 +149,7 @@ KEPT = [
         f"exp({F}) + 1",
     ),
     *(f"exp({F}) - k", f"tanh({F}) - k", f"tanh({F}) - 1", "2*x^2 + 3*y^2 - 1", f"sin({F})", f"x*{F}", f"{F}/x"),
+    *(f"max({F}, x^2 + y^2 + z^2 - 1.1)", f"max({F}, x^2 + y^2 + z^2 - k)", f"min({F}, x^2 + y^2 + z^2 - 0.9)"),
     # Of which the domain ends in the box, or may
     *("sqrt(x) - 0.3", "log(x) - 0.3", "sqrt(x^2 - 0.5) - 0.2", f"sqrt({F}) - 0.1", f"sqrt({F} + k) - 0.1"),
     *(f"log({F})", f"sqrt({F} + 0.4) - 0.7", "pow(x, 0.75) - 0.2", "sqrt(x)^2 - 0.5", f"{F}/(0.5 + x)", "1/x - 2"),
@@ -179,6 +186,23 @@ def test_what_the_box_proves_is_not_taken_as_proved_without_it() -> None:
         assert sign_form(written, Facts()) is written
         assert sign_form(written, Facts(((-1.6, -1, -1), (1, 1, 1)))) is written
     assert sign_form(parse("sqrt(x + k) - 1", NAMES), FACTS) is parse("sqrt(x + k) - 1", NAMES)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x" + " + 1" * 2000,
+        "max(" + ", ".join(f"x + {i}*y/500 - 1" for i in range(500)) + ")",
+        " + ".join(f"abs(x - {i})" for i in range(500)),
+        "*".join(f"exp(x/1000 - {i}/100000)" for i in range(500)) + "*y",
+        "cbrt(" * 150 + "x" + ")" * 150,
+        "-(" * 150 + "tanh(x)" + ")" * 150,
+    ],
+    ids=lambda text: text[:12],
+)
+def test_long_and_deep_expressions_are_no_trouble(text: str) -> None:
+    written = parse(text, NAMES)
+    assert assert_same_sign(written, sign_form(written, FACTS)) > 500
 
 
 INNER = st.sampled_from(
