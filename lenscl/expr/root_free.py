@@ -1,13 +1,15 @@
-"""Sums with one square root, such as a torus or a cone, as polynomials of the same sign.
+"""Sums with one square root, such as a torus, as polynomials of the same sign.
 
 With s = sqrt(q) a sum is A + L s, A and L without s, where s^2 is q; L must not depend on the place. A ring about an
 axis is (s - R)^2 + w, so A = q + R^2 + w and L = -2 R. Then
 
-  L < 0:  A + L s has the sign of min(A^2 - L^2 q, A), and of A^2 - L^2 q alone if A >= 0 everywhere
-  L > 0:  that of max(L^2 q - A^2, A), and of L^2 q - A^2 alone if A <= 0 everywhere
+  L < 0 and A >= 0 everywhere:  A + L s has the sign of A^2 - L^2 q
+  L > 0 and A < 0 everywhere:   that of L^2 q - A^2
+  q > 0 everywhere:             for L < 0 that of min(A^2 - L^2 q, A), for L > 0 of max(L^2 q - A^2, A)
 
 for where A is of L's sign there is nothing to compare, and elsewhere both sides may be squared. Of a ring the first is
-(q - R^2 + w)^2 + 4 R^2 w, in which a thin tube cancels nothing.
+(q - R^2 + w)^2 + 4 R^2 w, in which a thin tube cancels nothing. Where A and q may be 0 together, as at the tip of a
+cone, squares would cancel what the root keeps.
 """
 
 from __future__ import annotations
@@ -30,12 +32,16 @@ def without_root(t: Expr, facts: Facts) -> Expr | None:
     found = _taken_apart(t, facts)
     if found is None:
         return None
-    A, L, squared = found
+    q, A, L, squared = found
     if L.value is None:
         return None
-    if L.value > 0.0:
-        return -squared if facts.is_nonnegative(-A) else build("max", -squared, A)
-    return squared if facts.is_nonnegative(A) else build("min", squared, power(L, 2) * A)
+    if L.value < 0.0 and facts.is_nonnegative(A):
+        return squared
+    if L.value > 0.0 and facts.is_positive(-A):
+        return -squared
+    if not facts.is_positive(q):
+        return None
+    return build("min", squared, A) if L.value < 0.0 else build("max", -squared, A)
 
 
 def root_polynomial(t: Expr) -> tuple[Expr, tuple[Expr, ...]] | None:
@@ -46,12 +52,12 @@ def root_polynomial(t: Expr) -> tuple[Expr, tuple[Expr, ...]] | None:
     found = _taken_apart(t, Facts())
     if found is None:
         return None
-    A, L, squared = found
+    _, A, L, squared = found
     return None if L.value is not None else (squared, (-L, A))
 
 
-def _taken_apart(t: Expr, facts: Facts) -> tuple[Expr, Expr, Expr] | None:
-    """Return A, L and A^2 - L^2 q, where these are polynomials."""
+def _taken_apart(t: Expr, facts: Facts) -> tuple[Expr, Expr, Expr, Expr] | None:
+    """Return q, A, L and A^2 - L^2 q, where these are polynomials."""
     roots = [each for each in walk([t]) if each.op in ("sqrt", "hypot") and each.depends_on(_COORDINATES)]
     if len(roots) != 1 or not _is_polynomial(roots[0].args, 4) or not facts.is_total(roots[0]):
         return None
@@ -68,7 +74,7 @@ def _taken_apart(t: Expr, facts: Facts) -> tuple[Expr, Expr, Expr] | None:
         A = (q + power(R, 2)) + w
     else:
         squared = power(A, 2) - power(L, 2) * q
-    return (A, L, squared) if _is_polynomial([squared], _MOST_DEGREE) else None
+    return (q, A, L, squared) if _is_polynomial([squared], _MOST_DEGREE) else None
 
 
 def _is_polynomial(exprs: list[Expr] | tuple[Expr, ...], most: int) -> bool:
