@@ -212,7 +212,7 @@ def _real_power(facts: Facts, t: Expr, c: Level) -> Step | None:
 def _angle(facts: Facts, t: Expr, c: Level) -> Step | None:
     u, v = t.args
     d = _by(c, lambda angle: math.tan(angle) if abs(angle) < 1.57 else math.nan)
-    if d is None or not facts.is_positive(v):
+    if d is None or not (facts.is_positive(v) and facts.is_total(v)):
         return None
     return Step(1, u if d == 0 else u - _expr(d) * v, NOTHING)
 
