@@ -1,7 +1,7 @@
 // interval.cl: all that an expression can be on a segment of a ray, as a band about a straight line.
 //
 // provides  band_t; coordinate_error(); band_reach(), band_low(), band_high(), band_pick(), band_between(), band_known(),
-//           band_settled()
+//           band_settled(), band_top(), band_or_sign()
 // needs     prelude; REAL_EPSILON, REAL_TINY
 // source    affine arithmetic cut down to one shared term: Knoll, Hijazi, Kensler, Schott, Hansen, Hagen, Fast ray
 //           tracing of arbitrary implicit surfaces with interval and affine arithmetic, CGF 28(1), 2009
@@ -71,4 +71,19 @@ static inline band_t band_settled(band_t a) {
 // What a coordinate o + t d may be wrong by, t in [0, 1]: roundings of o, of t d twice and of the sum.
 static inline realv coordinate_error(realv o, realv d) {
   return (realv)(1 + INPUT_ROUNDINGS) * ROUNDING * (abs_v(o) + (realv)2 * abs_v(d)) + UNDERFLOW;
+}
+
+// The most that a band holds, as a number.
+static inline band_t band_top(band_t a) {
+  const band_t c = {band_high(a), (realv)0, (realv)0 * a.error};
+  return c;
+}
+
+// A leaf of F that goes to infinity on the segment: its band, or where that tells nothing its sign. falls: the leaf goes to
+// minus infinity, and never is above `bound`; else to infinity, and never below.
+static inline band_t band_or_sign(band_t a, band_t bound, bool falls) {
+  const realv far = falls ? band_high(bound) : band_low(bound);
+  const maskv told = falls ? far < (realv)0 : far > (realv)0;
+  const band_t sign = {told ? far : (realv)0, (realv)0, told ? (realv)0 : (realv)INFINITY};
+  return band_pick(a.error < (realv)REAL_MAX, a, sign);
 }

@@ -25,6 +25,10 @@
 #undef cbrt_v
 #undef cbrt_normal_v
 #undef down_scale
+#undef norm_t
+#undef norm_parts
+#undef norm_v
+#undef norm_slope_v
 #undef search_t
 #undef root_t
 #undef method_t

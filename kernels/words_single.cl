@@ -27,6 +27,10 @@
 #define cbrt_v single_cbrt_v
 #define cbrt_normal_v single_cbrt_normal_v
 #define down_scale single_down_scale
+#define norm_t single_norm_t
+#define norm_parts single_norm_parts
+#define norm_v single_norm_v
+#define norm_slope_v single_norm_slope_v
 #define search_t single_search_t
 #define root_t single_root_t
 #define method_t single_method_t

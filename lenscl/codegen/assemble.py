@@ -6,7 +6,7 @@ from collections.abc import Hashable, Iterator, Sequence
 
 from lenscl.codegen.fragments import VOCABULARY, generated, head, located
 from lenscl.codegen.layout import Layout
-from lenscl.codegen.searches import searches
+from lenscl.codegen.searches import searches, words_of
 from lenscl.codegen.source import KernelSource
 from lenscl.codegen.specialise import Structure, layout
 from lenscl.effects import TOTAL, Hook, Output
@@ -39,7 +39,7 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         + f"#define RUN {structure.run}\n#define RAY_WORDS {structure.ray_words}\n"
         + f"#define RAY_CARRIES{''.join(f' realv {name};' for name in structure.carries)}\n",
         "".join(f"#define RAY_{status.name} {status.value}\n" for status in RayStatus),
-        *(located(name) for name in VOCABULARY),
+        *(located(name) for name in (*VOCABULARY, *words_of(structure))),
         generated("the numbers of a scene, which a sweep may change without a new kernel"),
         numbers.declare(),
         located("ray.cl"),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from itertools import count
 
 from lenscl.codegen.text import Precision, function, function_of, shape_symbols, unlike
 from lenscl.expr import (
@@ -23,6 +24,7 @@ from lenscl.expr import (
     twice_text,
 )
 from lenscl.expr.graph import node, walk
+from lenscl.expr.poles import OneSided, one_sided
 from lenscl.lenses import Surface
 
 _AXES = "xyz"
@@ -281,6 +283,8 @@ def _bands_function(
     outputs = leaves | {label: each for each, label in angles.items()}
     symbols = {part: part for part in bands} | shape_symbols(surface)
     used = {each.name for each in walk(outputs.values())}
+    sided = {} if slopes_of else _one_sided(leaves, bands, floors, {*symbols})
+    outputs |= {f"{mark.name}_of": part for one in sided.values() for mark, part in one.parts.items()}
     text = band_text(outputs, symbols=symbols, bands=bands, precision=precision, floors=floors)
     spelled = {leaf: f"{{{leaf}}}" for leaf in leaves}
     for leaf, some in turning.items():
@@ -289,5 +293,50 @@ def _bands_function(
     return function_of(
         f"void {prefix}_{name}(const {prefix}_parts_t *parts, {prefix}_t shape, band_t of_leaf[{prefix}_LEAVES])",
         text.after(f"const band_t {part} = {made};" for part, made in bands.items() if part in used),
-        "\n".join(f"of_leaf[{i}] = {one};" for i, one in enumerate(spelled.values())),
+        "\n".join(
+            [
+                *(f"of_leaf[{i}] = {one};" for i, one in enumerate(spelled.values())),
+                *_signs_at_poles(list(leaves), sided, symbols, bands, floors, precision),
+            ]
+        ),
     )
+
+
+def _one_sided(
+    leaves: Mapping[str, Expr], bands: Collection[str], floors: Mapping[str, float], taken: Collection[str]
+) -> dict[str, OneSided]:
+    """Return the leaves that go to infinity on one side, and how."""
+    names = (unlike(f"most_{i}", taken) for i in count())
+    found = {
+        leaf: one_sided(
+            of, lambda u: least(u, floors) >= 0.0, lambda u: u.depends_on(bands), lambda _: symbol(next(names))
+        )
+        for leaf, of in leaves.items()
+    }
+    return {leaf: one for leaf, one in found.items() if one is not None}
+
+
+def _signs_at_poles(
+    leaves: Sequence[str],
+    sided: Mapping[str, OneSided],
+    symbols: Mapping[str, str],
+    bands: Collection[str],
+    floors: Mapping[str, float],
+    precision: Precision,
+) -> Iterator[str]:
+    """Yield what tells a leaf's sign where its band is unknown because it goes to infinity."""
+    for leaf, one in sided.items():
+        most = {str(mark.name): f"{{{mark.name}_of}}" for mark in one.parts}
+        bound = band_text(
+            {"bound": one.bound},
+            symbols={**symbols, **{name: name for name in most}},
+            bands=[*bands, *most],
+            precision=precision,
+            floors={**floors, **dict.fromkeys(most, 0.0)},
+        )
+        place = f"of_leaf[{leaves.index(leaf)}]"
+        yield "{{"
+        yield from (f"  const band_t {name} = band_top({part});" for name, part in most.items())
+        yield from (f"  {line}" for line in bound.statements)
+        yield f"  {place} = band_or_sign({place}, {bound.results['bound']}, {str(one.falls).lower()});"
+        yield "}}"

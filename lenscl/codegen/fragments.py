@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Literal
 
 from lenscl.errors import LensclError
+from lenscl.expr import OPERATIONS, Expr
+from lenscl.expr.graph import walk
 
 Precision = Literal["single", "double", "mixed"]
 
@@ -27,6 +30,12 @@ VOCABULARY = (
     "waves.cl",
     "memory.cl",
 )  # the fragments that all others are written in
+
+
+def called_by(expressions: Iterable[Expr]) -> tuple[str, ...]:
+    """Return the fragments beyond the vocabulary that the C text of expressions, and of their slopes, calls."""
+    found = (name for each in walk(expressions) if each.args for name in OPERATIONS[each.op].fragments)
+    return tuple(dict.fromkeys(found))
 
 
 def carried(precision: Precision) -> Literal["single", "double"]:

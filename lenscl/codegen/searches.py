@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Literal
 
 from lenscl.codegen.bands import leaves_of
-from lenscl.codegen.fragments import VOCABULARY, generated, head_again, located
+from lenscl.codegen.fragments import VOCABULARY, called_by, generated, head_again, located
 from lenscl.codegen.layout import Struct
 from lenscl.codegen.specialise import Structure, method_struct, shape_struct
 from lenscl.codegen.surfaces import surface_functions
@@ -45,7 +45,7 @@ def _in_single(structure: Structure, prefixes: Sequence[str]) -> Iterator[str]:
     yield located("search.cl")
     yield located("words_single.cl")
     yield head_again("single", structure.width, inputs_rounded=True)
-    yield from (located(name) for name in (*VOCABULARY[:4], "search.cl"))
+    yield from (located(name) for name in (*VOCABULARY[:4], *words_of(structure), "search.cl"))
     yield generated("the numbers of a scene that the searches read")
     yield method_struct(structure).declare()
     yield from (shape_struct(structure.surfaces()[prefix], f"{prefix}_single_t").declare() for prefix in prefixes)
@@ -62,9 +62,16 @@ def _in_single(structure: Structure, prefixes: Sequence[str]) -> Iterator[str]:
         yield _rounded(f"{prefix}_single_shape({prefix}_t given)", struct.c_name, struct, "given.")
 
 
+def words_of(structure: Structure) -> tuple[str, ...]:
+    """Return the fragments beyond the vocabulary that the functions of a kernel's surfaces call."""
+    return called_by(surface.expression for surface in structure.surfaces().values())
+
+
 def _words(structure: Structure, prefixes: Sequence[str]) -> Iterator[str]:
     methods = [structure.method(prefix) for prefix in prefixes]
-    yield from (located(name) for name in dict.fromkeys(name for method in methods for name in method.words))
+    names = [name for method in methods for name in method.words]
+    bands = [f"interval_{name}" for name in words_of(structure) if names]
+    yield from (located(name) for name in dict.fromkeys((*names, *bands)))
 
 
 def _isolated_surface(

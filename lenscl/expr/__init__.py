@@ -17,11 +17,14 @@ from typing import TYPE_CHECKING, Any
 from lenscl.expr.c_writer import CText, c_text
 from lenscl.expr.creases import creased
 from lenscl.expr.derive import degree, derivative_along, differentiate, gradient, magnitude, pieces, polynomial
+from lenscl.expr.facts import Facts
 from lenscl.expr.graph import Expr, build, digest, number, symbol
 from lenscl.expr.interval_writer import band_text
 from lenscl.expr.jumps import jumps
 from lenscl.expr.operations import FUNCTIONS, OPERATIONS, Operation
 from lenscl.expr.reader import parse
+from lenscl.expr.root_free import never_negative, root_polynomial
+from lenscl.expr.sign_form import sign_form
 from lenscl.expr.twice_writer import is_rational, twice_text
 
 if TYPE_CHECKING:  # these compute with numpy, which reading and writing expressions does not wait for
@@ -34,6 +37,7 @@ __all__ = [
     "OPERATIONS",
     "CText",
     "Expr",
+    "Facts",
     "Operation",
     "band_text",
     "bounds",
@@ -51,10 +55,13 @@ __all__ = [
     "jumps",
     "least",
     "magnitude",
+    "never_negative",
     "number",
     "parse",
     "pieces",
     "polynomial",
+    "root_polynomial",
+    "sign_form",
     "symbol",
     "twice_text",
     "why_undefined",

@@ -33,6 +33,8 @@ CALLS: Mapping[str, str] = {
     "tanh": "band_tanh({})",
     "hypot": "band_hypot({}, {})",
     "pow": "band_pow({}, {}, {least_0})",
+    "norm": "band_norm({}, {}, {})",
+    "norm_slope": "band_norm_slope({}, {}, {})",
 }  # by the name of the table's row; integer powers have become products. least_i: a number operand i is never below
 
 

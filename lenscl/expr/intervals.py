@@ -16,9 +16,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lenscl.expr import norms
+
 Array = NDArray[np.float64]
 
 _EPS = 2.0**-52
+_NORM_ULP = 9  # a power of 4 ulp, and of another one, which is at most half of the base, what the p-th root leaves
+_LEAN_ULP = 18  # of a norm's slope for p <= 10, made of two powers
 _REDUCIBLE = 2.0**40  # beyond it the period of sin cannot be told apart well enough to be worth it
 
 
@@ -232,3 +236,29 @@ def real_power(u: Interval, p: Interval) -> Interval:
     unknown = nowhere | _unbounded(p)
     least = np.where(_unbounded(p), 0.0, np.maximum(wide.lo, 0.0))
     return Interval(np.where(nowhere, -np.inf, least), np.where(unknown, np.inf, wide.hi), wide.undefined)
+
+
+def norm(u: Interval, v: Interval, p: Interval) -> Interval:
+    """Enclose (|u|^p + |v|^p)^(1/p), p >= 1. It rises with |u| and |v| and falls with p."""
+    a, b = magnitude(u), magnitude(v)
+    low, high = norms.value(np, a.lo, b.lo, p.hi), norms.value(np, a.hi, b.hi, p.lo)
+    unknown = ~(p.lo >= 1.0) | _unbounded(p)
+    wide = _outward(low, high, u.undefined | v.undefined | p.undefined | unknown, ulps=_NORM_ULP)
+    return Interval(np.maximum(wide.lo, 0.0), np.where(unknown, np.inf, wide.hi), wide.undefined)
+
+
+def norm_slope(u: Interval, v: Interval, p: Interval) -> Interval:
+    """Enclose sign(u) (|u| / norm)^(p - 1). It rises with u and is nearer to zero the larger |v| is."""
+    b = magnitude(v)
+    unknown = ~(p.lo >= 1.0) | _unbounded(u) | _unbounded(v)
+    ends = []
+    for end, other in ((u.lo, np.where(u.lo >= 0.0, b.hi, b.lo)), (u.hi, np.where(u.hi >= 0.0, b.lo, b.hi))):
+        # Another exponent changes a slope by its change times log(|u| / norm), or less, and 0 stays 0
+        ratio = np.abs(end) / np.maximum(np.hypot(end, other), 5e-324)
+        moved = np.where(end == 0.0, 0.0, (p.hi - p.lo) * (2.0 - np.log(np.maximum(ratio, 5e-324))))
+        ends.append((norms.slope(np, end, other, p.lo), moved))
+    (low, below), (high, above) = ends
+    low = np.where(unknown, np.where(u.lo < 0.0, -1.0, 0.0), low - below)
+    high = np.where(unknown, np.where(u.hi > 0.0, 1.0, 0.0), high + above)
+    wide = _outward(low, high, u.undefined | v.undefined | p.undefined | ~(p.lo >= 1.0), ulps=_LEAN_ULP)
+    return Interval(np.maximum(wide.lo, -1.0), np.minimum(wide.hi, 1.0), wide.undefined)

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from lenscl.expr import norms
 from lenscl.expr.graph import Expr, build, number
 from lenscl.expr.simplify import ZERO, power
 
@@ -48,6 +49,8 @@ class Operation:
         In C the operands stand more than once, so they must be names.
     stem : str
         What a temporary that holds it is called.
+    fragments : tuple of str
+        Files of kernels/ beyond the vocabulary that its C text calls functions of.
     """
 
     name: str
@@ -66,6 +69,7 @@ class Operation:
     c_level: int | None = None
     c_needs: tuple[int, ...] | None = None
     named: bool = False
+    fragments: tuple[str, ...] = ()
 
 
 UNIT_ROUNDOFF = 2.0**-53
@@ -315,6 +319,18 @@ _ROWS: tuple[Operation, ...] = (
             p * build("pow", u, p - 1.0) * du if dp is ZERO else w * (dp * build("log", u) + p * du / u)
         ),
         interval=lambda iv, u, p: iv.real_power(u, p),
+    ),
+    _function(
+        "norm", 3, user=False, c="norm_v({0}, {1}, {2})", fragments=("norms.cl",),
+        evaluate=norms.value,
+        derivative=norms.derivative,
+        interval=lambda iv, u, v, p: iv.norm(u, v, p),
+    ),
+    _function(
+        "norm_slope", 3, user=False, c="norm_slope_v({0}, {1}, {2})", stem="lean", fragments=("norms.cl",),
+        evaluate=norms.slope,
+        derivative=norms.derivative_of_slope,
+        interval=lambda iv, u, v, p: iv.norm_slope(u, v, p),
     ),
 )  # fmt: skip
 

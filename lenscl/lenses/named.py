@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 
 from lenscl.errors import LensclError
+from lenscl.expr import Expr, build, symbol
 from lenscl.lenses.optical import optical_rows
 from lenscl.lenses.rows import length, read
 from lenscl.lenses.solid import Box, Parameter, Surface, Values
@@ -78,11 +79,10 @@ _BARTH = (
 )
 
 
-def _norm(u: str, v: str, e: str) -> str:
-    """(u^p + v^p)^(1/p) with p = 2 / e and the larger operand factored out: no power is of more than 1."""
-    large, small = f"max({u}, {v})", f"min({u}, {v})"
-    # 1e-37 keeps 0 / 0 away in either precision and changes no value: below it `large` is 0 for any use
-    return f"{large}*pow(1 + pow({small}/max({large}, 1e-37), 2/{e}), 0.5*{e})"
+def _superellipsoid() -> Expr:
+    """Return a norm of norms, of exponents 2 / e >= 1, less 1: convex, and smooth wherever the surface is."""
+    x, y, z, e1, e2 = (symbol(name) for name in ("x", "y", "z", "e1", "e2"))
+    return build("norm", build("norm", x, y, 2.0 / e2), z, 2.0 / e1) - 1.0
 
 
 def _rows() -> tuple[Surface, ...]:
@@ -157,8 +157,9 @@ def _rows() -> tuple[Surface, ...]:
                 Parameter(name="e1", default=0.5, low=0.2, high=2.0, meaning="squareness along z"),
                 Parameter(name="e2", default=0.5, low=0.2, high=2.0, meaning="squareness about z"),
             ),
-            expression=read(f"{_norm(_norm('abs(x)', 'abs(y)', 'e2'), 'abs(z)', 'e1')} - 1", "e1", "e2"),
+            expression=_superellipsoid(),
             extent=_unit_box,
+            is_convex=True,
         ),
     )
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import keyword
 import re
 from collections.abc import Collection
+from dataclasses import dataclass
 
 from lenscl.errors import ExpressionError
-from lenscl.expr import FUNCTIONS, parse
-from lenscl.lenses.solid import Box, Parameter, Surface
+from lenscl.expr import FUNCTIONS, Expr, Facts, never_negative, parse, root_polynomial, sign_form
+from lenscl.lenses.solid import Box, Parameter, Surface, Values
 
 COORDINATES = ("x", "y", "z")
 LENS_TABLE_KEYS = frozenset(
@@ -18,8 +19,20 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 _LARGEST = 1e300
 
 
+@dataclass(frozen=True, slots=True)
+class _NeverNegative:
+    """Whether some expressions are proved never to be negative for these values of the parameters."""
+
+    exprs: tuple[Expr, ...]
+
+    def __call__(self, values: Values) -> bool:
+        return all(never_negative(each, values) for each in self.exprs)
+
+
 def user_surface(text: str, parameters: Collection[str], bounds: Box) -> Surface:
     """Make a surface of a user's expression.
+
+    What is searched is an expression of the same sign, `lenscl.expr.sign_form`: that of tanh(5*F) is F.
 
     Parameters
     ----------
@@ -43,9 +56,13 @@ def user_surface(text: str, parameters: Collection[str], bounds: Box) -> Surface
     expression = parse(text, [*COORDINATES, *parameters], own="in the lens table")
     if not expression.depends_on(COORDINATES):
         raise ExpressionError("a surface must depend on x, y or z; this is the same everywhere", text, 0)
+    form = sign_form(expression, Facts(bounds))
+    polynomial, conditions = root_polynomial(form) or (None, ())
     return Surface(
         name="expression",
-        expression=expression,
+        expression=form,
+        polynomial=polynomial,
+        holds=_NeverNegative(conditions) if conditions else None,
         parameters=tuple(
             Parameter(name=name, default=0.0, low=-_LARGEST, high=_LARGEST, meaning="of the expression")
             for name in parameters

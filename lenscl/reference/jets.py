@@ -209,6 +209,43 @@ def _pow(u: Jet, p: Jet) -> Jet:
     return Jet(w, tuple(slopes))
 
 
+def _norm(u: Jet, v: Jet, p: Jet) -> Jet:
+    """Enclose (|u|^p + |v|^p)^(1/p), p >= 1; of its slopes none is steeper than u's and v's together."""
+    size = _rising(_sum(_size_power(u, p), _size_power(v, p)), lambda x: x ** (1 / p.value))
+    first, second = _norm_slope(u, size, p), _norm_slope(v, size, p)
+    slopes = (first * a + second * b for a, b in zip(u.slopes, v.slopes, strict=True))
+    return Jet(size, tuple(slopes), never_negative=True)
+
+
+def _size_power(u: Jet, p: Jet) -> Jet:
+    """Enclose |u|^p, without a slope."""
+    size = Jet(abs(u.value), (), never_negative=True)
+    return Jet(_rising(size, lambda x: x**p.value), (), never_negative=True)
+
+
+def _norm_slope(u: Jet, norm: arb, p: Jet) -> arb:
+    """Enclose sign(u) (|u| / norm)^(p - 1), which is between -1 and 1."""
+    from flint import arb
+
+    if not u.value.is_finite() or not norm.is_finite():
+        return arb("nan")
+    most = arb(0, 1)  # nothing more is known about u = v = 0, nor of an edge that u = 0 is, p = 1
+    if u.value > 0 or u.value < 0:
+        steep = (abs(u.value) / norm) ** (p.value - 1) if norm > 0 else most
+        return _within(steep if u.value > 0 else -steep)
+    if not (p.value > 1 and norm > 0):
+        return most
+    steep = _within((u.value.abs_upper() / norm) ** (p.value - 1))
+    return steep.union(-steep)
+
+
+def _within(ball: arb) -> arb:
+    """Return a ball's part between -1 and 1, for what is known to lie there."""
+    from flint import arb
+
+    return ball.min(arb(1)).max(arb(-1)) if ball.is_finite() else arb(0, 1)
+
+
 _RULES: dict[str, Callable[..., Jet]] = {
     "+": _sum,
     "-": _difference,
@@ -230,4 +267,5 @@ _RULES: dict[str, Callable[..., Jet]] = {
     "atan2": _angle,
     "hypot": _hypot,
     "pow": _pow,
+    "norm": _norm,
 }

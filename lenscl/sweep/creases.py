@@ -45,6 +45,8 @@ def _branches(leaf: Expr) -> list[Expr]:
             found[each.args[0]] = None
         elif each.op in ("min", "max", "where"):
             found[each.args[0] - each.args[1]] = None
+        elif each.op == "norm":  # with p = 1 or little more
+            found |= dict.fromkeys(arg for arg in each.args[:2] if arg.op != "norm")
     return [branch for branch in found if branch.depends_on("xyz")]
 
 

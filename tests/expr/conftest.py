@@ -22,6 +22,14 @@ def _real_power(u: Any, p: Any) -> Any:
     return mpmath.power(u, p) if u >= 0 else mpmath.nan
 
 
+def _norm(u: Any, v: Any, p: Any) -> Any:
+    return mpmath.power(abs(u) ** p + abs(v) ** p, 1 / mpmath.mpf(p))
+
+
+def _norm_slope(u: Any, v: Any, p: Any) -> Any:
+    return mpmath.sign(u) * (abs(u) / _norm(u, v, p)) ** (p - 1) if u else mpmath.mpf(0)
+
+
 # The meaning of every row in another program's arithmetic
 MEANING: dict[str, Callable[..., Any]] = {
     "+": lambda u, v: u + v,
@@ -45,10 +53,13 @@ MEANING: dict[str, Callable[..., Any]] = {
     "tanh": mpmath.tanh,
     "hypot": mpmath.hypot,
     "pow": _real_power,
+    "norm": _norm,
+    "norm_slope": _norm_slope,
 }
 
 _POSITIVE = (0.0, 4.0)
 _DOMAIN = {"sqrt": [_POSITIVE], "log": [_POSITIVE], "pow": [_POSITIVE, (-3.0, 3.0)], "exp": [(-20.0, 20.0)]}
+_DOMAIN |= {name: [(-4.0, 4.0), (-4.0, 4.0), (1.0, 10.0)] for name in ("norm", "norm_slope")}
 
 
 @dataclass(frozen=True)

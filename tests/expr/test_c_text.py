@@ -59,6 +59,7 @@ def _run(context, outputs, values, parameters, precision, width, spelled=None):
 #define NUMBER(x) x{"##f" if suffix else ""}
 #pragma OPENCL FP_CONTRACT OFF
 {VOCABULARY}
+{(KERNELS / "norms.cl").read_text()}
 typedef struct {{
   real unused;
 {members}}} shape;
@@ -108,6 +109,12 @@ def test_every_row_runs_on_the_device_as_evaluate_says(context, samples, precisi
             for n in (2, 3, 7, 10):
                 outputs[f"power {n}"] = node("power", lanes[1], number(n))
             outputs["power of a scalar"] = node("power", scalars[2], number(5))
+            continue
+        if sample.name.startswith("norm"):  # made by the catalogue alone, of coordinates and an exponent of 1 or more
+            exponents = parse("abs(x) + 1.25", "xyz"), scalars[1]
+            norms = [node(sample.name, *lanes[1:3], exponent) for exponent in exponents]
+            outputs |= dict(zip((f"{sample.name} of lanes", f"{sample.name} mixed"), norms, strict=True))
+            outputs[f"{sample.name}, its slope"] = differentiate(norms[0], "x")
             continue
         outputs[f"{sample.name} of lanes"] = whole = node(sample.name, *lanes[:arity])
         outputs[f"{sample.name} of scalars"] = node(sample.name, *scalars[:arity])

@@ -118,4 +118,4 @@ def test_what_is_no_polynomial_has_no_coefficients(text):
 
 
 def test_every_row_is_covered_here():
-    assert len(OPERATIONS) == 21
+    assert len(OPERATIONS) == 23

@@ -84,7 +84,8 @@ def test_the_rounding_bound_of_every_row_holds_the_true_error(sample, exact):
     held, got, error = _error_holds(sample.expr, sample.points(np.random.default_rng(2), 300), exact)
     assert len(held) == 300
     assert all(held)
-    assert (error <= 32 * 2.0**-53 * np.abs(got) + 1e-300).all()  # a bound of use: a few rounding errors
+    few = 48 if sample.name == "norm_slope" else 32  # two powers of up to 10 of a ratio
+    assert (error <= few * 2.0**-53 * np.abs(got) + 1e-300).all()  # a bound of use: a few rounding errors
 
 
 @pytest.mark.parametrize("text", COMPOSED)

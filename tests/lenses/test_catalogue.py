@@ -331,5 +331,6 @@ def test_what_is_called_convex_holds_the_middle_of_any_two_of_its_points(name):
 
 def test_the_convex_are_those_that_are():
     assert {name for name, row in catalogue().items() if row.is_convex} == {
-        "sphere", "ellipsoid", "biconvex", "plano_convex", "ball", "rod", "prism", "cone"
+        "sphere", "ellipsoid", "biconvex", "plano_convex", "ball", "rod", "prism", "cone",
+        "superellipsoid"
     }  # fmt: skip

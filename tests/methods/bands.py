@@ -39,7 +39,7 @@ class Bands:
             text = band_text({"band": expr}, symbols=SYMBOLS, bands="xyz", precision=precision)  # type: ignore[arg-type]
             body += ["{", *text.statements, f"const band_t c = {text.results['band']};"]
             body += [f"out_{3 * i} = c.mid; out_{3 * i + 1} = c.rise; out_{3 * i + 2} = c.error;", "}"]
-        words = "\n".join(fragment(name) for name in METHODS["interval"].words)
+        words = "\n".join(fragment(name) for name in ("norms.cl", *METHODS["interval"].words, "interval_norms.cl"))
         count = 3 * len(expressions)
         before = edit(words) if edit else words
         self._probe = Probe((), "\n".join(body), 10, count, precision, width, before, is_plain=edit is not None)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from probe import Probe
 
 from lenscl.codegen import fragment
+from lenscl.codegen.fragments import called_by
 from lenscl.codegen.searches import ENDINGS, finish_functions
 from lenscl.codegen.specialise import parameter_spelling
 from lenscl.codegen.surfaces import surface_functions
@@ -55,10 +56,12 @@ class Search:
             f"  shape.{c_name} = in[first * {inputs} + {place}];\n"
             for place, c_name in enumerate(spelling.values(), start=9)
         )
+        calls = called_by([surface.expression])
+        bands = [f"interval_{name}" for name in calls if row.words]
         before = "\n".join(
             [
                 "typedef struct { real none; } method_t;",
-                *(fragment(name) for name in ("search.cl", *row.words)),
+                *(fragment(name) for name in ("search.cl", *calls, *row.words, *bands)),
                 f"typedef struct {{\n{shape}}} s_t;",
                 surface_functions("s", surface, row.writes, precision),  # type: ignore[arg-type]
                 finish_functions("s", surface, row, precision),  # type: ignore[arg-type]

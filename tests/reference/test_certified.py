@@ -321,7 +321,13 @@ def test_sign_polynomials_have_the_sign_of_the_surface() -> None:
     box = ((-1.0,) * 3, (1.0,) * 3)
     assert sign_polynomial(user_surface("max(abs(x)/k, y^2) - 1/2", ["k"], box)) is not None
     assert sign_polynomial(user_surface("2*max(x, y)*k - abs(z)", ["k"], box)) is not None
-    for text in ("1/(x^2 + 1) - y", "x*max(y, z) - 1", "abs(x)^2 - y", "abs(x)*abs(y) - z", "x*(1 + min(y, z)) - 1"):
+    for text in (
+        "1/(x^2 + 1) - y",
+        "x*max(y, z) - 1",
+        "(abs(x) - z)^2 - y",
+        "abs(x)*abs(y) - z",
+        "x*(1 + min(y, z)) - 1",
+    ):
         assert sign_polynomial(user_surface(text, [], box)) is None
 
 

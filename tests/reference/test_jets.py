@@ -11,7 +11,7 @@ from flint import arb, ctx
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from lenscl.expr import parse
+from lenscl.expr import build, number, parse, symbol
 from lenscl.expr.operations import OPERATIONS
 from lenscl.reference.jets import Jet, jet
 
@@ -44,7 +44,7 @@ WHOLE = st.integers(-2000, 2000).map(lambda k: k / 1000)
 
 def test_every_operation_has_a_form_here() -> None:
     nodes = {each.op for text in FORMS for each in _walked(text)}
-    assert set(OPERATIONS) - nodes == {"where"}  # which no user writes: below
+    assert set(OPERATIONS) - nodes == {"where", "norm", "norm_slope"}  # which no user writes: below
 
 
 @pytest.mark.parametrize("text", FORMS)
@@ -79,8 +79,6 @@ def test_a_jet_encloses_value_and_slope_at_every_point_of_its_ball(
 
 
 def test_where_takes_the_branch_that_is_certain_and_encloses_both_that_are_not() -> None:
-    from lenscl.expr import build, number, symbol
-
     choice = build("where", symbol("x"), symbol("y"), number(1.0), symbol("x"))
     at = [
         jet(choice, {"x": Jet(arb(a, r), (arb(1),)), "y": Jet(arb(0), (arb(0),))}) for a, r in ((-1, 0), (1, 0), (0, 1))
@@ -90,6 +88,28 @@ def test_where_takes_the_branch_that_is_certain_and_encloses_both_that_are_not()
     assert at[2].value.contains(arb(-1))
     assert at[2].slopes[0].contains(arb(0))
     assert at[2].slopes[0].contains(arb(1))
+
+
+@pytest.mark.parametrize("p", [1.0, 1.25, 2.0, 4.0, 10.0])
+@given(x=WHOLE, y=WHOLE, radius=st.sampled_from([0.0, 2.0**-40, 0.25]), share=st.tuples(*[st.floats(-1, 1)] * 2))
+def test_a_norm_is_enclosed_with_its_slopes(
+    p: float, x: float, y: float, radius: float, share: tuple[float, float]
+) -> None:
+    norm = build("norm", symbol("x"), symbol("y"), number(p))
+    with ctx.workprec(160), mpmath.workprec(160):
+        enclosed = jet(norm, {"x": Jet(arb(x, radius), (arb(1), arb(0))), "y": Jet(arb(y, radius), (arb(0), arb(1)))})
+        a, b = (mpmath.mpf(at) + mpmath.mpf(radius) * mpmath.mpf(by) for at, by in zip((x, y), share, strict=True))
+        value = (abs(a) ** p + abs(b) ** p) ** (1 / mpmath.mpf(p))
+        assert _holds(enclosed.value, value)
+        assert enclosed.value.is_finite()
+        for u, slope in zip((a, b), enclosed.slopes, strict=True):
+            assert slope.is_finite()
+            assert abs(slope) <= 1.01
+            if value:
+                assert _holds(slope, mpmath.sign(u) * (abs(u) / value) ** (p - 1) if u else mpmath.mpf(0))
+                told = min(abs(x), abs(y)) > 2.0**-8 and radius < 2.0**-30
+                event("told" if told else "near an axis")
+                assert not told or float(slope.rad()) < 1e-6
 
 
 def test_what_is_undefined_somewhere_on_a_ball_is_not_finite() -> None:

@@ -1,0 +1,60 @@
+"""The norm (|u|^p + |v|^p)^(1/p), p >= 1, and its slope by u: what rows of the table are made of.
+
+With the larger operand m factored out and r <= 1 the ratio of the two it is m (1 + r^p)^(1/p): no power is of more than
+2, nothing overflows, and at u = v = 0 it is 0. The slope is sign(u) (|u| / norm)^(p - 1), between -1 and 1. Both are
+smooth where |u| = |v|, though m and r have a crease there. The slope is 0 where u is 0, which for p = 1, an edge, is
+halfway between its values on the two sides.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lenscl.expr.graph import Expr, build, number
+
+
+def _powers(np: Any, u: Any, v: Any, p: Any) -> tuple[Any, Any, Any, Any]:
+    """Return m, r^p, r^(p - 1) and (1 + r^p)^(1 / p - 1)."""
+    first, second = np.abs(u), np.abs(v)
+    large, small = np.maximum(first, second), np.minimum(first, second)
+    ratio = np.where(large > 0.0, small / np.where(large > 0.0, large, 1.0), 0.0)
+    of_small = np.power(ratio, p - 1.0)
+    above = ratio * of_small
+    return large, above, of_small, np.power(1.0 + above, 1.0 / p - 1.0)
+
+
+def value(np: Any, u: Any, v: Any, p: Any) -> Any:
+    """Return the norm, on float64 arrays."""
+    large, above, _, of_both = _powers(np, u, v, p)
+    return large * ((1.0 + above) * of_both)
+
+
+def slope(np: Any, u: Any, v: Any, p: Any) -> Any:
+    """Return its slope by u, on float64 arrays."""
+    _, _, of_small, of_both = _powers(np, u, v, p)
+    return np.sign(u) * (np.where(np.abs(u) >= np.abs(v), 1.0, of_small) * of_both)
+
+
+def derivative(w: Expr, u: Expr, v: Expr, p: Expr, du: Expr, dv: Expr, dp: Expr) -> Expr:
+    """Differentiate the norm w."""
+    by_p = w / p * _mean_logarithm(u, v, w, p)
+    return build("norm_slope", u, v, p) * du + build("norm_slope", v, u, p) * dv + by_p * dp
+
+
+def derivative_of_slope(w: Expr, u: Expr, v: Expr, p: Expr, du: Expr, dv: Expr, dp: Expr) -> Expr:
+    """Differentiate the slope w by u."""
+    whole, other = build("norm", u, v, p), build("norm_slope", v, u, p)
+    share = build("abs", u) / whole
+    by_u = (p - 1.0) / whole * build("pow", share, p - 2.0) * (v / whole * other)
+    by_v = -((p - 1.0) / whole * w * other)
+    by_p = w * (build("log", share) - (p - 1.0) / p * _mean_logarithm(u, v, whole, p))
+    return by_u * du + by_v * dv + by_p * dp
+
+
+def _mean_logarithm(u: Expr, v: Expr, whole: Expr, p: Expr) -> Expr:
+    """Return the mean of log(|u| / norm) and log(|v| / norm), by their shares of the sum that the root is taken of."""
+    total = number(0.0)
+    for each in (u, v):
+        share = build("abs", each) / whole
+        total = total + build("pow", share, p) * build("log", share)
+    return total

@@ -1,0 +1,329 @@
+"""The rules of `sign_form`, one row each: what goes on round F without a change of its sign, and what keeps a value.
+
+A row of `OUTER` says of an operation t and a level c that t - c has the sign of u - d, or of d - u; one of
+`IDENTITIES`, what has an operation's value, and has none where that has none. A condition must be proved, by `facts`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TypeAlias
+
+from lenscl.expr.facts import Facts
+from lenscl.expr.graph import MAX_POWER, Expr, build, number
+from lenscl.expr.operations import whole
+from lenscl.expr.simplify import power
+
+Level: TypeAlias = "Fraction | Expr"  # a number, exactly, or what is made of parameters alone
+NOTHING = Fraction(0)
+_COORDINATES = ("x", "y", "z")
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """t - c has the sign of `sign` (u - d)."""
+
+    sign: int
+    u: Expr
+    d: Level
+
+
+@dataclass(frozen=True, slots=True)
+class Outer:
+    """A rule for t - c, t an operation: its identity, when it holds, and what does it, None where it does not fit.
+
+    Nothing is gained by affine ones alone.
+    """
+
+    op: str
+    identity: str
+    condition: str
+    apply: Callable[[Facts, Expr, Level], Step | None]
+    is_affine: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """A rule that keeps an operation's value and its domain."""
+
+    op: str
+    identity: str
+    condition: str
+    apply: Callable[[Facts, Expr], Expr | None]
+
+
+def _level(of: Expr) -> Level | None:
+    """Return what does not depend on the place as a level, else None."""
+    if of.value is not None:
+        return Fraction(of.value)
+    return None if of.depends_on(_COORDINATES) else of
+
+
+def _add(c: Level, d: Level, sign: int = 1) -> Level:
+    if isinstance(c, Fraction) and isinstance(d, Fraction):
+        return c + sign * d
+    a, b = _expr(c), _expr(d)
+    return a + b if sign > 0 else a - b
+
+
+def _expr(c: Level) -> Expr:
+    return c if isinstance(c, Expr) else number(float(c))
+
+
+def _by(c: Level, function: Callable[[float], float]) -> Fraction | None:
+    """Return a function of a level that is a number, rounded; None where it has no finite value."""
+    if isinstance(c, Expr):
+        return None
+    try:
+        return Fraction(function(float(c)))
+    except (ArithmeticError, ValueError):
+        return None
+
+
+# --- t - c
+
+
+def _negation(_: Facts, t: Expr, c: Level) -> Step | None:
+    return Step(-1, t.args[0], -c)
+
+
+def _sum(_: Facts, t: Expr, c: Level) -> Step | None:
+    u, v = t.args
+    if (level := _level(v)) is not None:
+        return Step(1, u, _add(c, level, -1))
+    level = _level(u)
+    return None if level is None else Step(1, v, _add(c, level, -1))
+
+
+def _less(_: Facts, t: Expr, c: Level) -> Step | None:
+    u, v = t.args
+    if (level := _level(v)) is not None:
+        return Step(1, u, _add(c, level))
+    level = _level(u)
+    return None if level is None else Step(-1, v, _add(level, c, -1))
+
+
+def _multiple(_: Facts, t: Expr, c: Level) -> Step | None:
+    for factor, u in (t.args, t.args[::-1]):
+        if factor.value:
+            d = c / Fraction(factor.value) if isinstance(c, Fraction) else c / factor
+            return Step(1 if factor.value > 0.0 else -1, u, d)
+    return None
+
+
+def _share(_: Facts, t: Expr, c: Level) -> Step | None:
+    u, v = t.args
+    if not v.value:
+        return None
+    d = c * Fraction(v.value) if isinstance(c, Fraction) else c * v
+    return Step(1 if v.value > 0.0 else -1, u, d)
+
+
+def _factor(facts: Facts, t: Expr, c: Level) -> Step | None:
+    if c != 0:
+        return None
+    for factor, u in (t.args[::-1], t.args):
+        sign = _sure_sign(facts, factor) if factor.value is None else 0
+        if sign:
+            return Step(sign, u, NOTHING)
+    return None
+
+
+def _quotient(facts: Facts, t: Expr, c: Level) -> Step | None:
+    u, v = t.args
+    sign = _sure_sign(facts, v) if v.depends_on(_COORDINATES) else 0
+    if not sign:
+        return None
+    return Step(sign, u if c == 0 else u - _expr(c) * v, NOTHING)
+
+
+def _sure_sign(facts: Facts, u: Expr) -> int:
+    """Return 1 or -1 where that is the sign of a factor everywhere, else 0."""
+    sign = 1 if facts.is_positive(u) else (-1 if facts.is_negative(u) else 0)
+    return sign if sign and facts.is_total(u) else 0
+
+
+def _reciprocal(facts: Facts, t: Expr, c: Level) -> Step | None:
+    k, v = t.args
+    if not k.value or isinstance(c, Expr) or k.value * c <= 0 or not facts.is_nonnegative(v):
+        return None
+    return Step(-1 if k.value > 0.0 else 1, v, Fraction(k.value) / c)
+
+
+def _odd_power(_: Facts, t: Expr, c: Level) -> Step | None:
+    u, n = t.args[0], whole(t.args[1])
+    if n % 2 == 0 or n < 3:
+        return None
+    if isinstance(c, Expr):
+        return Step(1, u, build("cbrt", c)) if n == 3 else None
+    root = round(float(abs(c)) ** (1.0 / n)) if abs(c) < 2**53 else 0
+    exact = Fraction(root) if Fraction(root) ** n == abs(c) else _by(abs(c), lambda size: size ** (1.0 / n))
+    return None if exact is None else Step(1, u, exact if c >= 0 else -exact)
+
+
+def _cube_root(_: Facts, t: Expr, c: Level) -> Step | None:
+    return Step(1, t.args[0], c**3 if isinstance(c, Fraction) else power(c, 3))
+
+
+def _tanh(_: Facts, t: Expr, c: Level) -> Step | None:
+    d = _by(c, math.atanh)
+    return None if d is None else Step(1, t.args[0], d)
+
+
+def _exponential(_: Facts, t: Expr, c: Level) -> Step | None:
+    d = _by(c, math.log)
+    return None if d is None else Step(1, t.args[0], d)
+
+
+def _logarithm(facts: Facts, t: Expr, c: Level) -> Step | None:
+    d = build("exp", c) if isinstance(c, Expr) else _by(c, math.exp)
+    return Step(1, t.args[0], d) if d is not None and d != 0 and facts.is_nonnegative(t.args[0]) else None
+
+
+def _square(c: Level) -> Level | None:
+    """Return what a root of u >= 0 is compared by: u - c |c| has the sign of sqrt(u) - c. None for a number c <= 0."""
+    if isinstance(c, Expr):
+        return c * build("abs", c)
+    return c * c if c > 0 else None
+
+
+def _root(facts: Facts, t: Expr, c: Level) -> Step | None:
+    d = _square(c)
+    return Step(1, t.args[0], d) if d is not None and facts.is_nonnegative(t.args[0]) else None
+
+
+def _distance(_: Facts, t: Expr, c: Level) -> Step | None:
+    d, (u, v) = _square(c), t.args
+    return None if d is None else Step(1, power(u, 2) + power(v, 2), d)
+
+
+def _real_power(facts: Facts, t: Expr, c: Level) -> Step | None:
+    u, p = t.args
+    if not p.value or isinstance(c, Expr) or c <= 0 or not facts.is_nonnegative(u):
+        return None
+    exponent = 1.0 / p.value
+    d = _by(c, lambda size: size**exponent)
+    return Step(1 if p.value > 0.0 else -1, u, d) if d else None
+
+
+def _angle(facts: Facts, t: Expr, c: Level) -> Step | None:
+    u, v = t.args
+    d = _by(c, lambda angle: math.tan(angle) if abs(angle) < 1.57 else math.nan)
+    if d is None or not (facts.is_positive(v) and facts.is_total(v)):
+        return None
+    return Step(1, u if d == 0 else u - _expr(d) * v, NOTHING)
+
+
+def _alike(facts: Facts, t: Expr, c: Level) -> Step | None:
+    u, v = t.args
+    if c != 0 or u.op != v.op or not (u.depends_on(_COORDINATES) and v.depends_on(_COORDINATES)):
+        return None
+    if u.op in ("exp", "tanh", "cbrt"):
+        return Step(1, u.args[0] - v.args[0], NOTHING)
+    if u.op == "sqrt" and all(facts.is_nonnegative(each.args[0]) for each in (u, v)):
+        return Step(1, u.args[0] - v.args[0], NOTHING)
+    if u.op == "log" and all(facts.is_positive(each.args[0]) for each in (u, v)):
+        return Step(1, u.args[0] - v.args[0], NOTHING)
+    return None
+
+
+def _opposite(_: Facts, t: Expr, c: Level) -> Step | None:
+    u, v = t.args
+    if c != 0 or u.op != v.op or u.op not in ("tanh", "cbrt"):
+        return None
+    return Step(1, u.args[0] + v.args[0], NOTHING)
+
+
+OUTER: tuple[Outer, ...] = (
+    Outer("neg", "-u - c ~ -(u + c)", "", _negation, is_affine=True),
+    Outer("+", "tanh(u) + tanh(v) ~ u + v; cbrt likewise", "c = 0", _opposite),
+    Outer("+", "(u + k) - c ~ u - (c - k)", "k does not depend on the place", _sum, is_affine=True),
+    Outer("-", "h(u) - h(v) ~ u - v, h = exp, tanh, cbrt, sqrt, log", "c = 0; sqrt: u, v >= 0; log: u, v > 0", _alike),
+    Outer(
+        "-",
+        "(u - k) - c ~ u - (c + k), (k - u) - c ~ -(u - (k - c))",
+        "k does not depend on the place",
+        _less,
+        is_affine=True,
+    ),
+    Outer("*", "k u - c ~ k (u - c / k)", "k a number, not 0", _multiple, is_affine=True),
+    Outer("*", "u v ~ u", "c = 0; v > 0 everywhere; ~ -u where v < 0 everywhere", _factor),
+    Outer("/", "u / k - c ~ k (u - c k)", "k a number, not 0", _share, is_affine=True),
+    Outer("/", "u / v - c ~ u - c v", "v > 0 everywhere; ~ c v - u where v < 0 everywhere", _quotient),
+    Outer("/", "k / u - c ~ k / c - u", "k and c of one sign, u >= 0; at u = 0 it is infinite", _reciprocal),
+    Outer("power", "u^n - c ~ u - c^(1/n)", "n odd", _odd_power),
+    Outer("cbrt", "cbrt(u) - c ~ u - c^3", "", _cube_root),
+    Outer("tanh", "tanh(u) - c ~ u - artanh(c)", "|c| < 1", _tanh),
+    Outer("atan2", "atan2(u, v) - c ~ u - tan(c) v", "v > 0, |c| < 1.57", _angle),
+    Outer("exp", "exp(u) - c ~ u - log(c)", "c > 0", _exponential),
+    Outer("log", "log(u) - c ~ u - exp(c)", "u >= 0; at u = 0 it is minus infinity", _logarithm),
+    Outer("sqrt", "sqrt(u) - c ~ u - c |c|", "u >= 0; no number c <= 0", _root),
+    Outer("hypot", "hypot(u, v) - c ~ u^2 + v^2 - c |c|", "no number c <= 0", _distance),
+    Outer("pow", "u^p - c ~ p (u - c^(1/p))", "u >= 0, c > 0, p a number", _real_power),
+)
+
+
+# --- the same value
+
+
+def _root_of_power(_: Facts, w: Expr) -> Expr | None:
+    (u,) = w.args
+    if u.op != "power" or whole(u.args[1]) % 2:
+        return None
+    half = whole(u.args[1]) // 2
+    return power(u.args[0] if half % 2 == 0 else build("abs", u.args[0]), half)
+
+
+def _power_of_root(facts: Facts, w: Expr) -> Expr | None:
+    base, n = w.args[0], whole(w.args[1])
+    match base.op:
+        case "sqrt" if n % 2 == 0 and facts.is_nonnegative(base.args[0]):
+            return power(base.args[0], n // 2)
+        case "cbrt" if n % 3 == 0:
+            return power(base.args[0], n // 3)
+        case "abs" if n % 2 == 0:
+            return power(base.args[0], n)
+        case "hypot" if n % 2 == 0:
+            return power(power(base.args[0], 2) + power(base.args[1], 2), n // 2)
+    return None
+
+
+def _root_of_cube(_: Facts, w: Expr) -> Expr | None:
+    (u,) = w.args
+    return power(u.args[0], whole(u.args[1]) // 3) if u.op == "power" and whole(u.args[1]) % 3 == 0 else None
+
+
+def _size(facts: Facts, w: Expr) -> Expr | None:
+    low = facts.low(w.args[0])
+    return w.args[0] if low is not None and low >= 0 else None
+
+
+def _real_power_of_square(_: Facts, w: Expr) -> Expr | None:
+    u, p = w.args
+    if p.value == 0.5:
+        root = build("sqrt", u)
+        return _root_of_power(_, root) or root
+    if u.op != "power" or whole(u.args[1]) % 2 or not p.value or p.value < 0.0:
+        return None
+    total = Fraction(p.value) * whole(u.args[1])
+    if total.denominator != 1 or total > MAX_POWER:
+        return None
+    return power(build("abs", u.args[0]) if total % 2 else u.args[0], int(total))
+
+
+def _inverse(_: Facts, w: Expr) -> Expr | None:
+    (u,) = w.args
+    return u.args[0] if u.op == "exp" else None
+
+
+IDENTITIES: tuple[Identity, ...] = (
+    Identity("sqrt", "sqrt(u^2) = |u|, sqrt(u^(2 n)) = |u|^n", "", _root_of_power),
+    Identity("power", "sqrt(u)^(2 n) = u^n; hypot and |u| and cbrt likewise", "sqrt: u >= 0", _power_of_root),
+    Identity("cbrt", "cbrt(u^(3 n)) = u^n", "", _root_of_cube),
+    Identity("abs", "|u| = u", "u >= 0", _size),
+    Identity("pow", "u^0.5 = sqrt(u), (u^(2 m))^p = |u|^(2 m p)", "2 m p whole and positive", _real_power_of_square),
+    Identity("log", "log(exp(u)) = u", "", _inverse),
+)
