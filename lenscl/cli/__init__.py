@@ -1,8 +1,8 @@
 """The command line: parse, call, print. Rows and tables go to standard output, progress and messages to standard error.
 
 Nothing heavy is imported here: every command imports what it needs when it runs, so that `lenscl --help` is quick.
-Exit codes: 0 done; 1 error; 2 the request or the study is wrong; 3 finished, but some of the work failed; 4 no usable
-OpenCL device; 130 interrupted.
+Exit codes: 0 done; 1 error; 2 the request or the study is wrong; 3 finished, but some of the work or of the self-checks
+failed; 4 no usable OpenCL device; 130 interrupted.
 """
 # ruff: noqa: D301 - a backspace, not an escaped one, tells click to leave a paragraph as it is
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from lenscl.sweep import Row
 
 _MOST_NAMED = 10  # warnings printed one by one
+_MOST_POINTS = 20  # numbers of points in one line
 
 
 class PointFindings:
@@ -24,11 +25,19 @@ class PointFindings:
         self._point: int | None = None  # whose findings were taken last
         self._warnings: list[str] = []
         self._further = 0
+        self._failed: list[int] = []  # points
         self._ways: Counter[str] = Counter()
         self._errors: dict[str, float] = {}  # the largest, by its unit
 
+    @property
+    def failed(self) -> bool:
+        """Whether self-checks of some point failed, now or when it was made."""
+        return bool(self._failed)
+
     def add(self, row: Row) -> None:
         """Take those of a row, unless another picture of its point had them."""
+        if row.mark is not None and row.index not in self._failed[-1:]:
+            self._failed.append(row.index)
         if row.checks is None or row.index == self._point:
             return
         self._point, found = row.index, SelfCheck.from_json(row.checks)
@@ -52,6 +61,10 @@ class PointFindings:
             errors = ", ".join(f"{error:.2g} {unit}" for unit, error in self._errors.items())
             click.echo(plain(f"accuracy: {ways}; 99 % within at most {errors}"), err=True)
         click.echo(plain(self._total.summary()), err=True)
+        if self._failed:
+            some = ", ".join(map(str, self._failed[:_MOST_POINTS]))
+            rest = ", ..." if len(self._failed) > _MOST_POINTS else ""
+            click.echo(f"self-checks failed at {many(len(self._failed), 'point')}: {some}{rest}", err=True)
         for text in self._warnings:
             click.echo(plain(text), err=True)
         if self._further:

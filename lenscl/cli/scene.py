@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lenscl.cli.group import open_study, plain, set_option, study_argument, tell_stretched
+from lenscl.cli.group import SOME_FAILED, open_study, plain, set_option, study_argument, tell_stretched
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -40,6 +40,9 @@ def render(study_path: Path, overrides: tuple[str, ...], image: Path | None, out
     With effects.caustics it is the picture itself that is painted, of the size picture.size, in the light that the
     source sends there through the lenses.
 
+    A sample of the rays is checked by laws that every path obeys. Where some fail the file is written all the same,
+    standard error says which and why, and the exit code is 3.
+
     \b
     Example:
       lenscl render configs/torus.toml -o torus.png
@@ -51,7 +54,8 @@ def render(study_path: Path, overrides: tuple[str, ...], image: Path | None, out
     study = open_study(study_path, overrides)
     if image is None and not study.images:
         raise StudyError(["picture.images: the study names no picture; give one with -i IMAGE"])
-    _render(study, image or study.images[0], output)
+    if _render(study, image or study.images[0], output):
+        raise SystemExit(SOME_FAILED)
 
 
 @click.command("map")
@@ -79,6 +83,9 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
     seen from four starts moved by roundings. It is -1 where the ray has no place, or where rounding may decide its
     path. It is not proved but validated: see the README for how often it held.
 
+    A sample of the rays is checked by laws that every path obeys. Where some fail the file is written all the same,
+    standard error says which and why, and the exit code is 3.
+
     \b
     Example:
       lenscl map configs/torus.toml -o torus.exr
@@ -100,9 +107,11 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
     write_map(output, raymap, error)
     if output.suffix.lower() == ".exr" and (raymap.samples is not None or raymap.caustic is not None):
         click.echo("note: an .exr holds neither samples nor irradiance; write an .npz for those", err=True)
-    _report(output, raymap, achieved)
+    has_failed = _report(output, raymap, achieved)
     if error is not None:
         click.echo(_bounded(raymap, error, max(largest_size(study.scene, study.images))), err=True)
+    if has_failed:
+        raise SystemExit(SOME_FAILED)
 
 
 def _counted(counts: Mapping[RayStatus, int]) -> str:
@@ -146,7 +155,8 @@ def _bounded(raymap: RayMap, error: NDArray[np.float64], pixels: int) -> str:
     return "; ".join(parts)
 
 
-def _render(study: Study, image: Path, output: Path) -> None:
+def _render(study: Study, image: Path, output: Path) -> bool:
+    """Paint an image and report on it; return whether some self-checks failed."""
     from lenscl.imaging import painter_of, read_picture, write_image
     from lenscl.sweep import paint_as_told
     from lenscl.version import program_version
@@ -162,7 +172,7 @@ def _render(study: Study, image: Path, output: Path) -> None:
         "scene": study.scene.to_toml(),
     }
     write_image(output, painted, metadata=metadata, encoding=encoding)
-    _report(output, raymap, achieved)
+    return _report(output, raymap, achieved)
 
 
 def _trace(study: Study, images: Iterable[Path]) -> tuple[RayMap, Achieved | None]:
@@ -172,10 +182,10 @@ def _trace(study: Study, images: Iterable[Path]) -> tuple[RayMap, Achieved | Non
     return planner_of().trace(study.scene, size=largest_size(study.scene, images))
 
 
-def _report(output: Path, raymap: RayMap, achieved: Achieved | None) -> None:
+def _report(output: Path, raymap: RayMap, achieved: Achieved | None) -> bool:
     """Print how the rays ended, how accurate they are where that was asked, and what the map's self-checks found.
 
-    The result stands, whatever they find.
+    The result stands, whatever they find. Returns whether some failed.
     """
     from lenscl.accuracy import SelfCheck, check_map
     from lenscl.errors import LensclError
@@ -199,3 +209,4 @@ def _report(output: Path, raymap: RayMap, achieved: Achieved | None) -> None:
     click.echo(plain(checks.summary()), err=True)
     for text in checks.warnings():
         click.echo(plain(f"warning: {text}"), err=True)
+    return checks.failed > 0

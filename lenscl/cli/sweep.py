@@ -41,7 +41,8 @@ def sweep(study_path: Path, out: Path | None, dry_run: bool, fresh: bool, overri
 
     Goes on where an earlier run ended, however it ended: only what is missing, failed or changed is made. Rows go to
     standard output as CSV, one for each point and picture, progress and a summary to standard error. A picture or
-    point that fails does so alone, and the command then ends with exit code 3.
+    point that fails does so alone, and the command then ends with exit code 3. So it does where self-checks of a
+    point's rays failed: its images are made and kept, and their rows say so under `error`, in later runs as well.
 
     \b
     Example:
@@ -169,5 +170,5 @@ def _run(plan: SweepPlan, fresh: bool) -> None:
     if interrupt.is_set() and missing:
         click.echo("Interrupted. What was made is noted; run the same command again to go on.", err=True)
         raise SystemExit(INTERRUPTED)
-    if failed:
+    if failed or findings.failed:
         raise SystemExit(SOME_FAILED)

@@ -147,6 +147,7 @@ def _calls(structure: Structure) -> Iterator[str]:
     yield "}\n"
     yield "static inline void at_interface(ray_t *ray, const interface_t *at, const scene_t *scene) {"
     yield from _hooked(structure, "interface", "ray, at, scene")
+    yield from _hooked(structure, "after", "ray, at, scene")
     yield "}\n"
     yield "static inline void at_picture(ray_t *ray, const place_t *place, const scene_t *scene) {"
     if structure.ends == "map":  # else the last surface point is the end

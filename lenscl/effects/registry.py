@@ -20,9 +20,9 @@ Fact = Literal[
     "the environment is the picture",
     "the environment is an image",
 ]
-# Where a kernel calls a variant: on a ray's start, behind a surface that it has met, on the picture's plane where a map
-# is made, and there whatever is made
-Hook = Literal["start", "interface", "picture", "landing"]
+# Where a kernel calls a variant: on a ray's start, behind a surface that it has met, there after all others, on the
+# picture's plane where a map is made, and there whatever is made
+Hook = Literal["start", "interface", "after", "picture", "landing"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +61,8 @@ class Variant:
     ----------
     name : str
         Also the file, kernels/effects/<name>.cl. It provides a function for each hook: <name>_start(ray, scene),
-        <name>_interface(ray, at, scene), <name>_picture(ray, place, scene), <name>_landing(ray, place, scene).
+        <name>_interface(ray, at, scene), <name>_after(ray, at, scene), <name>_picture(ray, place, scene),
+        <name>_landing(ray, place, scene).
     steers : bool
         Whether it changes where a ray goes or how it ends; else it only observes.
     hooks : tuple of str
@@ -196,7 +197,13 @@ _ROWS = (
         default="auto",
         variants={
             True: (
-                Variant(name="opaque", steers=True, reads=(("absorbs", 1),), fact="a lens is opaque"),
+                Variant(
+                    name="opaque",
+                    steers=True,
+                    hooks=("interface", "after"),
+                    reads=(("absorbs", 1),),
+                    fact="a lens is opaque",
+                ),
                 Variant(
                     name="absorption",
                     steers=False,

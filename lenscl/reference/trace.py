@@ -147,6 +147,7 @@ class _Tracer:
         turned = self.steps.reflect(self.direction[go], facing)
         follows = self.scene.effects.total_reflection != "end"
 
+        came = self.direction[go]
         self.origin[go], self.on[go] = point, lens_met
         self.events[go] += 1
         self.total[go] += total
@@ -157,6 +158,7 @@ class _Tracer:
             self.travels[go[total]] = False
         blocks = np.array([self.scene.blocks(number) for number in range(len(self.scene.lenses))])[lens_met]
         self.status[go[blocks]] = RayStatus.BLOCKED
+        self.direction[go[blocks]] = came[blocks]  # nothing bends it
         self.travels[go[blocks]] = False
 
     def landed(self) -> Paths:

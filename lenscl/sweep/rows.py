@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+from lenscl.accuracy import SelfCheck
 from lenscl.status import RayStatus
 
 State: TypeAlias = Literal["pending", "done", "failed"]
@@ -55,6 +56,17 @@ class Row:
         parts = (self.trace_seconds, self.paint_seconds, self.write_seconds)
         return sum(part for part in parts if part is not None) if self.state == "done" else None
 
+    @property
+    def mark(self) -> str | None:
+        """What a row that was made says of self-checks that failed, the first of them in full; None where none did."""
+        if self.state != "done" or self.checks is None:
+            return None
+        found = SelfCheck.from_json(self.checks)
+        if not found.failed:
+            return None
+        first = next(found.warnings(), "")
+        return f"self-checks: {found.failed} FAILED among {found.rays} rays{first and ': '}{first}"
+
 
 def header(axes: Iterable[str], *, accuracy: bool = False) -> list[str]:
     """Return the names of the columns; with two more at the end where a study asks for an accuracy."""
@@ -72,7 +84,8 @@ def cells(row: Row, axes: Iterable[str], folder: Path | None = None, *, accuracy
     axes : iterable of str
         The study's axes in order.
     folder : Path, optional
-        Put before the output's name, so that the cell can be opened from where one stands.
+        Put before the output's name, so that the cell can be opened from where one stands. A row whose output was made
+        has an `error` as well where self-checks of its point failed.
     accuracy : bool
         As for `header`: the error that 99 % of the rays land within, in the unit asked for, and the method and
         precision that were chosen.
@@ -86,7 +99,7 @@ def cells(row: Row, axes: Iterable[str], folder: Path | None = None, *, accuracy
         *(str(counts[status]) if status in counts else "" for status in COUNT_COLUMNS),
         "" if row.seconds is None else f"{row.seconds:.6f}",
         output if row.state == "done" else "",
-        row.error or "",
+        row.error or row.mark or "",
         *(_achieved(row) if accuracy else ()),
     ]
 

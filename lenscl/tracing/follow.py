@@ -50,6 +50,20 @@ class Follower:
     def __init__(self, scene: Scene, device: Device, kind: str = "follow") -> None:
         self._job = Job.prepare(steering(scene.at_d_line()), "given", "legs", None, None, device, kind=kind)
 
+    def finer(self) -> Follower | None:
+        """Return what a map's undecided rays are traced again by: the next precision; None where there is none."""
+        job = self._job.finer()
+        if job is None:
+            return None
+        other = object.__new__(type(self))
+        other._job = job
+        return other
+
+    @property
+    def scene(self) -> Scene:
+        """What is traced, with the precision that it is traced in."""
+        return self._job.scene
+
     @property
     def dtype(self) -> type[np.floating[Any]]:
         """The precision that rays are carried in."""

@@ -214,6 +214,10 @@ class Job:
         self._escalated += len(undecided)
         self._seconds += next_job._seconds
 
+    def finer(self) -> Job | None:
+        """Return what traces again the rays that this one leaves undecided; None where nothing is more precise."""
+        return self._more_precise(self.scene)
+
     def _more_precise(self, scene: Scene) -> Job | None:
         """Return the job of the next precision: double after single and mixed, then twice that where lenses have it.
 

@@ -372,6 +372,7 @@ def test_a_summary_is_one_line_and_a_warning_leads_with_its_pixel() -> None:
     assert "1 within rounding of another path" in check.summary()
     (warning,) = check.warnings()
     assert warning.startswith("pixel (3, 4) at surface 2: expected a ray that bends by the scene's rule")
+    assert "its cause was not looked for" in warning  # as in tables of before
     for advice in ("numerics.precision", "numerics.method", "lenscl bench", "report"):
         assert advice in warning
     broken_off = SelfCheck(error="the device went away")

@@ -7,9 +7,12 @@ import io
 import json
 import os
 import re
+import sqlite3
 import subprocess
 import sys
-from contextlib import suppress
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing, suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +24,7 @@ from lenscl.accuracy import Failure, SelfCheck
 from lenscl.errors import BuildError
 from lenscl.imaging import read_picture, write_image
 from lenscl.sweep import Store, runner
+from lenscl.tracing import RayMap
 
 AXES = ["lens.r", "lens.n"]
 
@@ -116,16 +120,24 @@ def test_a_bar_is_drawn_on_a_terminal_only(command, study_path: Path) -> None:
 
     ours, theirs = pty.openpty()
     line = command("sweep", study_path, "-o", study_path.parent / "out")
-    with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=theirs, text=True) as process:
-        os.close(theirs)
-        rows = process.stdout.read()
-        drawn = b""
+    pieces: list[bytes] = []
+
+    def watch() -> None:
         with suppress(OSError):  # how a terminal says that nobody writes any more
             while piece := os.read(ours, 4096):
-                drawn += piece
+                pieces.append(piece)
+
+    # The bar is drawn again with the time that passes: a terminal that is read too late is full, and stops the sweep
+    with (
+        ThreadPoolExecutor(1) as watcher,
+        subprocess.Popen(line, stdout=subprocess.PIPE, stderr=theirs, text=True) as process,
+    ):
+        os.close(theirs)
+        watcher.submit(watch)
+        rows = process.stdout.read()
     os.close(ours)
     assert process.returncode == 0
-    assert b"18/18" in drawn
+    assert b"18/18" in b"".join(pieces)
     assert len(table(rows)) == 18
     assert "18/18" not in subprocess.run(line, capture_output=True, text=True, timeout=300).stderr
 
@@ -395,14 +407,22 @@ def test_a_map_and_a_picture_are_checked_and_the_summary_follows_the_result(lens
 FAILURE = Failure(row=7, column=9, event=2, law="snell", residual=1e-3, bound=1e-12)
 
 
-def test_a_check_that_fails_is_a_warning_with_its_pixel(
+def test_a_check_that_fails_is_a_warning_with_its_pixel_and_an_exit_code(
     lenscl, study_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(accuracy, "check_map", lambda _: SelfCheck(rays=5, surfaces=9, failed=1, failures=(FAILURE,)))
-    result = lenscl("map", study_path, "-o", study_path.parent / "map.npz")
-    assert result.exit_code == 0
-    assert "self-checks: 1 FAILED" in result.stderr
-    assert "warning: pixel (7, 9) at surface 2: expected " in result.stderr
+    for command, name, more in (
+        ("map", "map.npz", ()),
+        ("map", "map.exr", ("--error",)),
+        ("render", "seen.png", ()),
+    ):
+        written = study_path.parent / name
+        result = lenscl(command, study_path, "-o", written, *more)
+        assert result.exit_code == 3
+        assert "self-checks: 1 FAILED" in result.stderr
+        assert "warning: pixel (7, 9) at surface 2: expected " in result.stderr
+        assert ("error bounds: " in result.stderr) == bool(more)  # all there is to say is said
+        assert written.stat().st_size > 100  # the result stands
 
     def refused(_: object) -> SelfCheck:
         raise BuildError("no room\nfor it")
@@ -432,9 +452,51 @@ def test_warnings_of_a_sweep_name_point_and_pixel_and_are_few(
     three = SelfCheck(rays=5, surfaces=9, failed=3, failures=(FAILURE,) * 3)
     monkeypatch.setattr(runner, "check_map", lambda _: three)
     result = lenscl("sweep", study_path, "-o", study_path.parent / "out")
-    assert result.exit_code == 0
+    assert result.exit_code == 3
     assert "self-checks: 27 FAILED: 45 rays, 81 surfaces" in result.stderr
+    assert "self-checks failed at 9 points: 0, 1, 2, 3, 4, 5, 6, 7, 8\n" in result.stderr
     warnings = [line for line in result.stderr.splitlines() if line.startswith("warning: ")]
     assert len(warnings) == 10
     assert warnings[3].startswith("warning: point 1, pixel (7, 9) at surface 2: ")
     assert "... and 17 more warnings of self-checks" in result.stderr
+
+
+def test_a_sweep_with_failed_checks_marks_its_rows_and_says_so_again(
+    lenscl, study_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also from a table of before causes were looked for; nothing is made anew for it."""
+    real = runner.check_map
+    calls = []
+
+    def found(raymap: RayMap) -> SelfCheck:
+        calls.append(raymap)
+        return replace(real(raymap), failed=2, failures=(FAILURE,)) if len(calls) == 4 else real(raymap)
+
+    monkeypatch.setattr(runner, "check_map", found)
+    out = study_path.parent / "out"
+    first = lenscl("sweep", study_path, "-o", out)
+    made = {path: path.stat().st_mtime_ns for path in out.iterdir() if path.suffix == ".png"}
+    with closing(sqlite3.connect(out / "sweep.sqlite")) as table, table:
+        for output, checks in table.execute("SELECT output, checks FROM run").fetchall():
+            older = json.loads(checks)
+            del older["untold"]
+            for failure in older["failures"]:
+                del failure["cause"], failure["about"]
+            table.execute("UPDATE run SET checks = ? WHERE output = ?", (json.dumps(older), output))
+    again, exported = lenscl("sweep", study_path, "-o", out), lenscl("export", out, "--csv")
+    assert (first.exit_code, again.exit_code, exported.exit_code) == (3, 3, 0)
+    assert len(calls) == 9
+    assert {path: path.stat().st_mtime_ns for path in made} == made
+    for result in (first, again):
+        assert "self-checks: 2 FAILED: " in result.stderr
+        assert "self-checks failed at 1 point: 3\n" in result.stderr
+        assert "warning: point 3, pixel (7, 9) at surface 2: expected " in result.stderr
+    assert "0 made, " in again.stderr
+    for result in (first, again, exported):
+        rows = list(csv.DictReader(result.stdout.splitlines()))
+        marked = [row for row in rows if row["error"]]
+        assert {row["index"] for row in marked} == {"3"}
+        assert all(row["error"].startswith("self-checks: 2 FAILED among ") for row in marked)
+        assert all(row["output"] for row in rows)  # which were made
+        assert list(rows[0])[:4] == ["index", *AXES, "picture"]
+        assert list(rows[0])[-3:] == ["seconds", "output", "error"]

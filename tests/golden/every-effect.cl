@@ -211,6 +211,7 @@ static inline void at_interface(ray_t *ray, const interface_t *at, const scene_t
   end_at_total_reflection_interface(ray, at, scene);
   fresnel_interface(ray, at, scene);
   path_length_interface(ray, at, scene);
+  opaque_after(ray, at, scene);
 }
 
 static inline void at_picture(ray_t *ray, const place_t *place, const scene_t *scene) {

@@ -40,6 +40,7 @@ from lenscl.tracing import (
 
 Array = NDArray[np.float64]
 
+_ENDS_AT_SURFACE = (RayStatus.TOTAL_REFLECTION, RayStatus.BLOCKED)  # with the direction in which the ray came
 _ASIDE = 0.5  # of a leg, or of the lens where that is shorter: a bracket's ends are no farther from the traced point
 
 
@@ -221,8 +222,8 @@ def _events(traced: _Traced, hits: Hits, growth: Growth, made: Sequence[Mapping[
         leg = float(np.linalg.norm(point - traced.points[i]))
         n_before, n_other = (lens.n, scene.n_medium) if leaves else (scene.n_medium, lens.n)
         bend = bend_at(hits, i, before, after, n_before, n_other, traced.eps, leaves=leaves)
-        ends_here = traced.status is RayStatus.TOTAL_REFLECTION and i + 2 == len(traced.points)
-        total = ends_here or (bend is not None and bend.turns_back)
+        ends_here = traced.status in _ENDS_AT_SURFACE and i + 2 == len(traced.points) and not traced.last_resort
+        total = traced.status is RayStatus.TOTAL_REFLECTION if ends_here else bend is not None and bend.turns_back
         grown = None
         if bend is not None and grows:
             grown = growth.to_surface(leg, before, bend.against)

@@ -30,6 +30,7 @@ _MOST_MOVED = 0.01  # of the lens's extent on any axis: a point known no better 
 # lens, for the next move should then be of rounding's size; it may be as long as move^2, (eps / 64)^(2/3)
 _SETTLES = 64.0
 _DOUBLE = float(np.finfo(np.float64).eps)
+_MOST_RANK = 1e300  # of a lens whose surface is elsewhere
 _MOVES = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
 
 
@@ -99,31 +100,71 @@ def hits_of(scene: Scene, points: Array, eps: float, tolerance: Tolerance) -> Hi
     tolerance : Tolerance
         What the search leaves besides rounding.
     """
+    return candidates(scene, points, eps, tolerance)[0]
+
+
+def candidates(scene: Scene, points: Array, eps: float, tolerance: Tolerance) -> tuple[Hits, Hits, Mask]:
+    """Return the lens that each point lies on, the one that comes next, and whether it lies on that one as well.
+
+    Parameters are those of `hits_of`. A point belongs to the lens of whose surface it is nearest in terms of bounds,
+    among those in whose box it is. A lens of which nothing is known at the point comes behind all that the point lies
+    on, and before those that it does not lie on.
+    """
     lenses = [_Placed(number, lens, eps, tolerance) for number, lens in enumerate(scene.lenses)]
     faces = max(len(lens.leaves) for lens in lenses)
     n = len(points)
-    found = Hits(
-        lens=np.zeros(n, np.intp), value=np.full(n, np.inf), bound=np.zeros(n), index=np.ones(n), size=np.zeros(n),
-        place=np.zeros(n), normal=np.zeros((n, faces, 3)), turn=np.full((n, faces), np.inf), swing=np.zeros((n, faces)),
-    )  # fmt: skip
-    nearest = np.full(n, np.inf)
+    first, second = _none(n, faces), _none(n, faces)
+    ranks = np.full((2, n), np.inf)
     for lens in lenses:
-        # A point belongs to the lens of whose surface it is nearest in terms of bounds, among those in whose box it is
         at = np.arange(n) if len(lenses) == 1 else np.flatnonzero(lens.may_hold(points))
         if not at.size:
             continue
         here = lens.hits(points[at])
-        with np.errstate(invalid="ignore", divide="ignore"):
-            ratio = np.nan_to_num(here.value / here.bound, nan=0.0, posinf=np.finfo(float).max)
-        nearer = ratio < nearest[at]
-        chosen = at[nearer]
-        nearest[chosen] = ratio[nearer]
-        for name in ("lens", "value", "bound", "index", "size", "place"):
-            getattr(found, name)[chosen] = getattr(here, name)[nearer]
-        count = here.turn.shape[1]
-        found.normal[chosen, :count], found.turn[chosen, :count] = here.normal[nearer], here.turn[nearer]
-        found.swing[chosen, :count], found.turn[chosen, count:] = here.swing[nearer], np.inf
-    return found
+        rank = _rank(here)
+        nearer = rank < ranks[0, at]
+        next_best = ~nearer & (rank < ranks[1, at])
+        _copy(second, first, at[nearer], at[nearer])  # what was the first until now
+        ranks[1, at[nearer]] = ranks[0, at[nearer]]
+        _copy(first, here, at[nearer], nearer)
+        ranks[0, at[nearer]] = rank[nearer]
+        _copy(second, here, at[next_best], next_best)
+        ranks[1, at[next_best]] = rank[next_best]
+    return first, second, (ranks[1] <= 1.0) & np.isfinite(second.bound)
+
+
+def _rank(hits: Hits) -> Array:
+    """Return |F| in terms of its bound, at most 1 where the point lies on the surface; where that is not known, beyond.
+
+    What is not known is no success: it must not win against a lens whose surface is met.
+    """
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        ratio = np.where(hits.value > 0.0, np.minimum(hits.value / hits.bound, _MOST_RANK), 0.0)
+    unknown = np.nextafter(1.0, 2.0)
+    return np.where(~np.isfinite(hits.bound), unknown, np.where(np.isnan(hits.value), _MOST_RANK, ratio))
+
+
+def _none(n: int, faces: int) -> Hits:
+    return Hits(
+        lens=np.zeros(n, np.intp), value=np.full(n, np.inf), bound=np.zeros(n), index=np.ones(n), size=np.zeros(n),
+        place=np.zeros(n), normal=np.zeros((n, faces, 3)), turn=np.full((n, faces), np.inf), swing=np.zeros((n, faces)),
+    )  # fmt: skip
+
+
+def _copy(into: Hits, source: Hits, to: NDArray[np.intp], which: Mask | NDArray[np.intp]) -> None:
+    """Copy some points' rows; a lens may have fewer faces than there is room for."""
+    for name in ("lens", "value", "bound", "index", "size", "place"):
+        getattr(into, name)[to] = getattr(source, name)[which]
+    count = source.turn.shape[1]
+    into.normal[to, :count], into.turn[to, :count] = source.normal[which], source.turn[which]
+    into.swing[to, :count], into.turn[to, count:] = source.swing[which], np.inf
+
+
+def chosen(which: Mask, hits: Hits, others: Hits) -> Hits:
+    """Return hits with those of other lenses in the place of some, `which` of shape (N,)."""
+    made = _none(len(which), hits.turn.shape[1])
+    for source, taken in ((hits, ~which), (others, which)):
+        _copy(made, source, np.flatnonzero(taken), taken)
+    return made
 
 
 class _Placed:
@@ -168,6 +209,7 @@ class _Placed:
         vague = (counts & ~(turn < _MOST_TURN)).any(axis=1)[:, None]
         known = moved + self.tolerance * np.linalg.norm(self.to_local, axis=1)
         lost = (known > _MOST_MOVED * (self.box[1] - self.box[0])).any(axis=1)
+        lost |= self._is_on_a_domains_end(whole, beside)
         return Hits(
             lens=np.full(len(points), self.number),
             value=np.abs(whole),
@@ -179,6 +221,17 @@ class _Placed:
             turn=np.where(counts & ~vague & ~lost[:, None], turn, np.inf),
             swing=swing,
         )
+
+    def _is_on_a_domains_end(self, whole: Array, beside: Array) -> Mask:
+        """Return where F is no number, but is one within the rounding of the point."""
+        found: Mask = np.isnan(whole)
+        if found.any():
+            about = {**self.values, **dict(zip("xyz", np.moveaxis(beside[:, found], -1, 0), strict=True))}
+            with np.errstate(all="ignore"):
+                leaves = {f"leaf_{i}": evaluate(leaf, about) for i, leaf in enumerate(self.leaves)}
+                values = np.broadcast_to(evaluate(self.joined, leaves), (len(beside), int(found.sum())))
+            found[found] = ~np.isnan(values).all(axis=0)
+        return found
 
     def _face(self, leaf: Expr, local: Array, beside: Array, moved: Array) -> tuple[Array, ...]:
         """Return value, its bound, the unit normal, how far it may be turned, and how far it turns within tolerance."""

@@ -1,7 +1,8 @@
-"""The last legs of rays: that they land where the map says, and that nothing lies in their way."""
+"""The legs of rays: that the last ones land where the map says, and that nothing lies in the way of a leg."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from lenscl.reference import Placement, land
 Array = NDArray[np.float64]
 
 _SAMPLES = 48  # of the way through a lens's box: what is thinner than a part of it may be passed over here, too
+_ENOUGH = 0.5  # of the samples: where F is known at fewer, nothing is said of a leg
 _EPS = float(np.finfo(np.float64).eps)
 
 
@@ -44,25 +46,60 @@ def landings(picture: Picture, origin: Array, direction: Array, st: Array, eps: 
     return np.abs(solved - st).max(axis=1), bound
 
 
-def obstacles(scene: Scene, origin: Array, direction: Array, allowed: Array, eps: float) -> tuple[Array, Array]:
-    """Return how deep legs that leave all lenses go through one, in terms of F, and what rounding allows there.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Clear:
+    """Legs that must be free of surfaces; arrays of N.
+
+    Attributes
+    ----------
+    origin, direction : float64 array, shape (N, 3)
+        World; unit directions.
+    length : float64 array, shape (N,)
+        Up to the surface where they end; infinite where they end at none.
+    within : int array, shape (N,)
+        The number of the lens that they lie in, -1 where they lie in none.
+    allowed : float64 array, shape (N,)
+        How large |F| may be where they start and end on surfaces.
+    """
+
+    origin: Array = field(repr=False)
+    direction: Array = field(repr=False)
+    length: Array = field(repr=False)
+    within: NDArray[np.intp] = field(repr=False)
+    allowed: Array = field(repr=False)
+
+    def and_also(self, others: Clear) -> Clear:
+        """Return these legs, and others behind them."""
+        names = ("origin", "direction", "length", "within", "allowed")
+        return Clear(**{name: np.concatenate([getattr(self, name), getattr(others, name)]) for name in names})
+
+
+def obstacles(scene: Scene, legs: Clear, eps: float) -> tuple[Array, Array]:
+    """Return how deep legs go through what they should not, in terms of F, and what rounding allows there.
+
+    A leg around the lenses must not go through any; one within a lens must stay in it. The bound is infinite where F
+    is known at too few places of the leg to tell.
 
     Parameters
     ----------
     scene : Scene
-    origin, direction : float64 arrays, shape (N, 3)
-    allowed : float64 array, shape (N,)
-        How large |F| may be where a leg starts on a surface.
+    legs : Clear
     eps : float
         Of the precision that the rays were carried in.
     """
-    depth, bound = np.zeros(len(origin)), np.ones(len(origin))
-    for lens in scene.lenses:
+    n = len(legs.origin)
+    depth, bound = np.zeros(n), np.ones(n)
+    unknown = np.zeros(n, np.bool_)
+    for number, lens in enumerate(scene.lenses):
         placement = Placement.of(lens)
-        start, along = placement.point_to_local(origin), placement.vector_to_local(direction)
+        start, along = placement.point_to_local(legs.origin), placement.vector_to_local(legs.direction)
         enter, leave = _span(lens, start, along)
+        leave = np.minimum(leave, legs.length)
+        looks = ((legs.within == -1) | (legs.within == number)) & (leave > enter)
+        if not looks.any():
+            continue
         share = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
-        t = enter[:, None] + share * np.maximum(leave - enter, 0.0)[:, None]
+        t = enter[:, None] + share * np.where(looks, leave - enter, 0.0)[:, None]
         points = (start[:, None] + t[:, :, None] * along[:, None]).reshape(-1, 3)
         values: dict[str, Any] = {**lens.values, **dict(zip("xyz", points.T, strict=True))}
         f, rounding = (
@@ -71,19 +108,22 @@ def obstacles(scene: Scene, origin: Array, direction: Array, allowed: Array, eps
         slopes = [evaluate_with_error(each, values)[0] for each in gradient(lens.surface.expression)]
         slope = sum(np.abs(np.broadcast_to(each, len(points))) for each in slopes)
         size = np.abs(points).max(axis=1) + np.repeat(np.abs(start).max(axis=1), _SAMPLES)
-        most = SAFETY * (rounding * eps / _EPS + slope * eps * size) + np.repeat(allowed, _SAMPLES)
-        ratio = np.where((leave > enter).repeat(_SAMPLES) & np.isfinite(most), np.maximum(-f, 0.0) / most, 0.0)
-        worst = ratio.reshape(-1, _SAMPLES).argmax(axis=1) + np.arange(len(origin)) * _SAMPLES
+        most = SAFETY * (rounding * eps / _EPS + slope * eps * size) + np.repeat(legs.allowed, _SAMPLES)
+        wrong = np.maximum(np.where(np.repeat(legs.within == number, _SAMPLES), f, -f), 0.0)
+        tells = looks.repeat(_SAMPLES) & np.isfinite(most) & np.isfinite(f)
+        ratio = np.divide(wrong, most, out=np.zeros(len(points)), where=tells & (wrong > 0.0))
+        unknown |= looks & (tells.reshape(-1, _SAMPLES).mean(axis=1) < _ENOUGH)
+        worst = ratio.reshape(-1, _SAMPLES).argmax(axis=1) + np.arange(n) * _SAMPLES
         deeper = ratio[worst] > depth / bound
-        depth = np.where(deeper, np.maximum(-f[worst], 0.0), depth)
-        bound = np.where(deeper, most[worst], bound)
-    return depth, bound
+        depth, bound = np.where(deeper, wrong[worst], depth), np.where(deeper, most[worst], bound)
+    return depth, np.where((depth <= bound) & unknown, np.inf, bound)
 
 
 def _span(lens: Lens, start: Array, along: Array) -> tuple[Array, Array]:
     """Return where legs enter and leave a lens's box, ahead of their start; not beyond where they miss it."""
     low, high = (np.asarray(corner) for corner in lens.surface.box(lens.values))
-    first, second = (low - start) / along, (high - start) / along
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first, second = (low - start) / along, (high - start) / along
     outside = ((along == 0) & ((start < low) | (start > high))).any(axis=1)
     enter = np.where(along == 0, 0.0, np.minimum(first, second)).max(axis=1)
     leave = np.where(along == 0, np.inf, np.maximum(first, second)).min(axis=1)

@@ -92,16 +92,10 @@ def sent_back(follower: Follower, scene: Scene, legs: Leg, eps: float, *, may_lo
         legs.at + _ALONG * (legs.end - legs.at),
     )
     reach = np.linalg.norm(start, axis=1) + np.linalg.norm(legs.at, axis=1) + legs.size
-    aside, turned = _ROUNDINGS * eps * reach, _ROUNDINGS * eps
-    u, v = _across(legs.along)
-    starts, directions = [start], [-legs.along]
-    for sign in (1.0, -1.0):
-        for one, other in ((u, v), (v, u)):
-            starts.append(start + sign * aside[:, None] * one)
-            directions.append(-legs.along + sign * turned * other)
-    every = follower.rounded(np.concatenate(starts))
-    n, ways = len(start), len(starts)
-    back = follower.ends(every, np.concatenate(directions), 1)
+    every, directions = _beside(start, -legs.along, reach, eps)
+    every = follower.rounded(every)
+    n, ways = len(start), len(every) // len(start)
+    back = follower.ends(every, directions, 1)
     met = back.events.reshape(ways, n) > 0
     on = (locate(scene, every)[1] >= 0).reshape(ways, n).any(axis=0)
     place, direction = (array.reshape(ways, n, 3) for array in (back.origin, back.direction))
@@ -112,7 +106,7 @@ def sent_back(follower: Follower, scene: Scene, legs: Leg, eps: float, *, may_lo
     bounds = _TOLERATED * spreads[0] + legs.place, _TOLERATED * spreads[1] + legs.slack
     with np.errstate(invalid="ignore"):
         ratios = np.stack([residuals[0] / bounds[0], residuals[1] / bounds[1]])
-    worst = np.argmax(ratios, axis=0)
+    worst = np.argmax(np.where(np.isnan(ratios), -1.0, ratios), axis=0)  # what is no number hides nothing
     residual, bound = (np.stack(each)[worst, np.arange(n)] for each in (residuals, bounds))
     residual = np.where(met[0], residual, legs.size)  # it met no surface: so far off, or farther
     bound = np.where(met[0], bound, legs.place)
@@ -124,6 +118,53 @@ def sent_back(follower: Follower, scene: Scene, legs: Leg, eps: float, *, may_lo
     lost = elsewhere & ~undecided if may_lose else np.zeros_like(elsewhere)
     kind = np.where(undecided, Return.UNDECIDED, np.where(lost, Return.LOST, Return.CAME)).astype(np.uint8)
     return Returned(residual=residual, bound=bound, kind=kind)
+
+
+def sent_to_start(follower: Follower, starts: Array, at: Array, eps: float, *, may_lose: bool) -> Returned:
+    """Send one ray back along each first leg, from near its surface point: nothing may lie before the leg's start.
+
+    Parameters
+    ----------
+    follower : Follower
+    starts, at : float64 array, shape (N, 3)
+        Where the rays start, and the first surface points.
+    eps : float
+        Of the precision that rays are carried in.
+    may_lose : bool
+        Whether the search may pass over surfaces.
+    """
+    way = starts - at
+    whole = np.linalg.norm(way, axis=1)
+    direction = way / whole[:, None]
+    near = at + (1.0 - _ALONG) * way
+    reach = np.linalg.norm(starts, axis=1) + np.linalg.norm(at, axis=1)
+    every, directions = _beside(near, direction, reach, eps)
+    every = follower.rounded(every)
+    back = follower.ends(every, directions, 1)
+    shape = len(every) // len(at), len(at)
+    met = back.events.reshape(shape) > 0
+    along = np.linalg.norm(back.origin - every, axis=1).reshape(shape)
+    early = np.where(met, np.maximum(_ALONG * whole - along, 0.0), 0.0)  # before the start, by so much
+    residual = early.min(axis=0)  # a rounding decides whether it is met, where some pass it
+    spread = early.max(axis=0) - residual
+    bound = _TOLERATED * spread + _ROUNDINGS * eps * reach
+    on = (locate(follower.scene, every)[1] >= 0).reshape(shape).any(axis=0)
+    undecided = on | _is_undecided(back, met).any(axis=0) | ((early > 0.0).any(axis=0) & (early == 0.0).any(axis=0))
+    lost = (residual > bound) & ~undecided if may_lose else np.zeros_like(undecided)
+    kind = np.where(undecided, Return.UNDECIDED, np.where(lost, Return.LOST, Return.CAME)).astype(np.uint8)
+    return Returned(residual=residual, bound=bound, kind=kind)
+
+
+def _beside(start: Array, direction: Array, reach: Array, eps: float) -> tuple[Array, Array]:
+    """Return rays, and behind them four times as many that are displaced and turned by a few roundings."""
+    aside, turned = (_ROUNDINGS * eps * reach)[:, None], _ROUNDINGS * eps
+    u, v = _across(direction)
+    starts, directions = [start], [direction]
+    for sign in (1.0, -1.0):
+        for one, other in ((u, v), (v, u)):
+            starts.append(start + sign * aside * one)
+            directions.append(direction + sign * turned * other)
+    return np.concatenate(starts), np.concatenate(directions)
 
 
 def _is_undecided(back: Ends, met: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -1,0 +1,282 @@
+"""The laws of paths, held on given rays: what `check_map` and `check_rays` have in common.
+
+Which laws these are is told in `lenscl.accuracy.selfcheck.check`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lenscl.accuracy.selfcheck.bends import bends, stopped
+from lenscl.accuracy.selfcheck.causes import with_causes
+from lenscl.accuracy.selfcheck.findings import LAWS, MOST_FAILURES, UNCHECKED, SelfCheck
+from lenscl.accuracy.selfcheck.hits import SAFETY, Hits, Tolerance, candidates, chosen
+from lenscl.accuracy.selfcheck.legs import Clear, landings, obstacles
+from lenscl.accuracy.selfcheck.returns import Leg, Return, Returned, sent_back, sent_to_start
+from lenscl.accuracy.selfcheck.tally import Tally
+from lenscl.device import Device
+from lenscl.status import RayStatus
+from lenscl.tracing import Ends, Follower, methods_of
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Pixels = NDArray[np.intp]
+
+_MOST_EVENTS = 16  # surfaces of a ray that are looked at
+_LANDS = tuple(int(status) for status in RayStatus if status.lands)
+_LEAVES = (*_LANDS, int(RayStatus.BEHIND))  # all lenses, for good
+_STOPS = (int(RayStatus.BLOCKED), int(RayStatus.TOTAL_REFLECTION))  # at the last surface, with the direction before it
+_LARGEST = 1e30  # a residual that is no number is written as this
+
+
+class Paths:
+    """The check of given rays at work."""
+
+    def __init__(self, follower: Follower, device: Device, origins: Array, vectors: Array) -> None:
+        self.scene, self.device, self.origins, self.vectors = follower.scene, device, origins, vectors
+        self.follower = follower
+        self.eps = float(np.finfo(self.follower.dtype).eps)
+        self.may_lose = not all(method.is_guaranteed for method in methods_of(self.scene))
+        self.tally = Tally(self._pixel)
+        self.held = np.zeros(len(origins), np.bool_)  # rays of which something at a surface or on a leg was compared
+        self.undecided = np.zeros(len(origins), np.bool_)
+        self.surfaces = self.returned = 0
+
+    def result(self) -> SelfCheck:
+        """Follow the rays, hold every law, and return what was found."""
+        ends = self._ends()
+        most = int(min(ends.events.max(), _MOST_EVENTS))
+        if most:
+            points = self._check_paths(ends, most)
+        else:
+            points = self.follower.starts(self.origins, self.vectors)[0][None]
+            self._check_legs(ends, np.zeros(len(ends.events)))
+        untold = ~self.held | self.undecided
+        self.tally.unchecked["undecided"] += int(self.undecided.sum())
+        return SelfCheck(
+            rays=len(self.origins),
+            untold=int(untold.sum()),
+            surfaces=self.surfaces,
+            returned=self.returned,
+            unchecked={why: self.tally.unchecked[why] for why in UNCHECKED if self.tally.unchecked[why]},
+            worst={law: self.tally.worst[law] for law in LAWS if law in self.tally.worst},
+            failed=self.tally.failed,
+            failures=with_causes(
+                {ray: self.tally.failures[ray] for ray in sorted(self.tally.failures)[:MOST_FAILURES]},
+                self.scene, self.device, points, ends, self.eps, self._holds_in_double,
+            ),
+        )  # fmt: skip
+
+    def _ends(self) -> Ends:
+        """Follow the rays to their ends."""
+        ends = self.follower.ends(self.origins, self.vectors, self.scene.numerics.max_events)
+        self.undecided = ends.status == RayStatus.UNDECIDED
+        return ends
+
+    def _pixel(self, ray: int) -> tuple[int, int]:
+        """Return the row and the column by which a ray is named."""
+        return 0, ray
+
+    def _holds_in_double(self, ray: int) -> bool:
+        """Return whether a ray keeps the laws of paths in double precision, and was not carried in it."""
+        if self.scene.numerics.precision == "double" or not self.device.has_double:
+            return False
+        scene = self.scene.replace({"numerics.precision": "double"})
+        follower = Follower(scene, self.device, "check")
+        finer = Paths(follower, self.device, self.origins[[ray]], self.vectors[[ray]]).result()
+        return finer.failed == 0 and finer.checked == 1
+
+    def _check_paths(self, ends: Ends, most: int) -> Array:
+        """Check every surface point of the sample, the k-th of which is where a limit of k events ends a ray.
+
+        Returns the start and those points, shape (most + 1, N, 3).
+        """
+        self.tally.unchecked["cut"] += int((ends.events > most).sum())
+        each = [self.follower.ends(self.origins, self.vectors, k) for k in range(1, most)]
+        each.append(ends if ends.events.max() <= most else self.follower.ends(self.origins, self.vectors, most))
+        start = self.follower.starts(self.origins, self.vectors)
+        points = np.stack([start[0], *(end.origin for end in each)])
+        directions = np.stack([start[1], *(end.direction for end in each)])
+        event, ray = np.nonzero(np.arange(1, most + 1)[:, None] <= ends.events)  # event counts from 0 here
+        self.surfaces = len(ray)
+        before, after, at = directions[event, ray], directions[event + 1, ray], points[event + 1, ray]
+
+        # A ray that ended at a surface keeps its direction. Where two lenses touch it may have met either
+        last = event + 1 == ends.events[ray]
+        is_blocked, is_reflected = (last & (ends.status[ray] == status) for status in _STOPS)
+        hits, others, touches = candidates(self.scene, at, self.eps, Tolerance.of(self.scene, self.eps))
+        residual, bound = self._bends(hits, before, after, is_reflected)
+        if touches.any():
+            r, b = self._bends(others, before, after, is_reflected)
+            better = touches & np.isfinite(b) & ~(residual / bound <= r / b)
+            residual, bound = np.where(better, r, residual), np.where(better, b, bound)
+            hits, others = chosen(better, hits, others), chosen(better, others, hits)
+
+        self._check_lengths(directions, ends, hits, event, ray)
+        finite = np.isfinite(np.stack([before, at, after])).all(axis=(0, 2))
+        sums = np.zeros(points.shape[:2])  # a search that starts on a surface takes off what F is there
+        sums[event + 1, ray] = hits.bound
+        allowed = np.cumsum(sums, axis=0)[event + 1, ray]
+        value = np.where(np.isfinite(at).all(axis=1), hits.value, _LARGEST)
+        self.held[ray[self.tally.note("surface", ray, event + 1, value, allowed)]] = True
+
+        self._check_stops(hits, others, touches, is_blocked, before, after, event, ray)
+        bent = np.where(is_blocked, np.inf, bound)  # nothing bends what is blocked
+        known = np.isfinite(hits.bound) & (np.isfinite(bound) | is_blocked)
+        self.tally.unchecked["singular"] += int((~known).sum())
+        self.tally.note("snell", ray, event + 1, residual, bent)
+
+        # Legs that must be free: of each ray the first one, the one up to where it ended, and the one behind all lenses
+        side = np.where(touches, 0, _side(hits, before))
+        free = (event == 0) | ((is_blocked | is_reflected) & (event < most))
+        free &= finite & (side != 0)
+        starts = points[event[free], ray[free]]
+        most_allowed = np.zeros(len(ends.events))
+        np.maximum.at(most_allowed, ray, np.where(np.isfinite(hits.bound), hits.bound, np.inf))
+        legs_to = Clear(
+            origin=starts, direction=before[free], length=np.linalg.norm(at[free] - starts, axis=1),
+            within=np.where(side[free] > 0, hits.lens[free], -1), allowed=most_allowed[ray[free]],
+        )  # fmt: skip
+        self._check_legs(ends, most_allowed, (legs_to, ray[free], event[free] + 1))
+
+        # Legs that are known to their end: up to the next surface, or with nothing ahead of them
+        onward = np.where(last, np.isin(ends.status[ray], _LEAVES), event + 1 < most)
+        legs = np.flatnonzero(onward & finite & np.isfinite(bent))
+        ways = []
+        if legs.size:
+            following = points[np.minimum(event[legs] + 2, most), ray[legs]]
+            end = np.where(last[legs, None], np.nan, following)
+            ways.append(self._sent_back(legs, hits, before, at, after, end))
+        # Where a ray was blocked another one along its last leg is blocked as well: the way back, turned round
+        stops = np.flatnonzero(is_blocked & finite & np.isfinite(hits.bound) & (event < most))
+        if stops.size:
+            leg = Leg(
+                before=-before[stops], at=at[stops], along=-before[stops], end=points[event[stops], ray[stops]],
+                size=hits.size[stops], place=hits.place[stops], slack=np.full(len(stops), SAFETY * self.eps),
+            )  # fmt: skip
+            ways.append((stops, sent_back(self.follower, self.scene, leg, self.eps, may_lose=self.may_lose)))
+        for which, back in ways:
+            self.returned += int(self._note_returns(back, ray[which], event[which] + 1).sum())
+        first = stops[event[stops] == 0] if stops.size else stops
+        if first.size:
+            start_of = points[0, ray[first]]
+            back = sent_to_start(self.follower, start_of, at[first], self.eps, may_lose=self.may_lose)
+            self._note_returns(back, ray[first], event[first] + 1)
+        return points
+
+    def _bends(self, hits: Hits, before: Array, after: Array, is_reflected: Mask) -> tuple[Array, Array]:
+        residual, bound = bends(self.scene, hits, before, after, self.eps)
+        if is_reflected.any():  # and ended there, in the direction in which it came
+            r, b = stopped(self.scene, hits, before, self.eps)
+            residual, bound = np.where(is_reflected, r, residual), np.where(is_reflected, b, bound)
+        return residual, bound
+
+    def _check_lengths(self, directions: Array, ends: Ends, hits: Hits, event: Pixels, ray: Pixels) -> None:
+        """Hold |d| against a few roundings at each surface, and against what becomes of those made before.
+
+        Snell's rule as kernels/snell_exact.cl has it takes |d| = 1 for granted: of an excess e it makes
+        (1 - 2 cos_t^2 + 2 eta cos_i cos_t) e, which is 2 eta at most. The paraxial rule makes directions unit anew.
+        """
+        face, rays = np.argmin(hits.turn, axis=1), np.arange(len(ray))
+        normal, known = hits.normal[rays, face], np.isfinite(hits.turn[rays, face])
+        cos_i, cos_t = (np.einsum("ni,ni->n", directions[at, ray], normal) for at in (event, event + 1))
+        n_before = np.where(cos_i > 0.0, hits.index, self.scene.n_medium)
+        n_after = np.where(cos_i > 0.0, self.scene.n_medium, hits.index)
+        largest = np.maximum(hits.index / self.scene.n_medium, self.scene.n_medium / hits.index)
+        eta = np.where(known, n_before / n_after, largest)
+        factor = np.where(cos_i * cos_t < 0.0, 1.0, np.abs(1.0 - 2.0 * cos_t**2 + 2.0 * eta * np.abs(cos_i * cos_t)))
+        factor = np.where(known, factor, 2.0 * largest + 1.0)
+        stops = np.isin(ends.status[ray], _STOPS) & (event + 1 == ends.events[ray])  # with the direction before it
+        factor = np.where(stops, np.maximum(factor, 1.0), factor)
+        grows, made = np.ones(directions.shape[:2]), np.zeros(directions.shape[:2])
+        grows[event + 1, ray], made[event + 1, ray] = factor, SAFETY * self.eps * (1.0 + eta)
+        bounds = [np.full(directions.shape[1], SAFETY * self.eps)]
+        for k in range(1, len(directions)):
+            bounds.append(grows[k] * bounds[-1] + made[k])
+        events, rays = np.nonzero(np.arange(len(directions))[:, None] <= ends.events)
+        residual = np.abs(np.linalg.norm(directions[events, rays], axis=1) - 1.0)
+        self.tally.note("length", rays, events, residual, np.stack(bounds)[events, rays])
+
+    def _check_stops(
+        self, hits: Hits, others: Hits, touches: Mask, is_blocked: Mask, before: Array, after: Array, event: Pixels,
+        ray: Pixels,
+    ) -> None:  # fmt: skip
+        """Hold every surface of an opaque lens to end rays unbent, and every other one not to."""
+        blocks = np.array([self.scene.blocks(number) for number in range(len(self.scene.lenses))])
+        if not (blocks.any() or is_blocked.any()):
+            return
+        agrees = (blocks[hits.lens] == is_blocked) | (touches & (blocks[others.lens] == is_blocked))
+        turned = np.where(is_blocked, np.linalg.norm(after - before, axis=1), 0.0)
+        bound = np.where(np.isfinite(hits.bound), SAFETY * self.eps, np.inf)
+        self.tally.note("stop", ray, event + 1, np.where(agrees, turned, 1.0), bound)
+
+    def _check_legs(self, ends: Ends, allowed: Array, more: tuple[Clear, Pixels, Pixels] | None = None) -> None:
+        """Hold places against the legs that lead to them, and look along legs for what was passed over.
+
+        `allowed`, shape (N,), is how large |F| may be where the last leg starts. `more` are legs that must be free as
+        well, with the ray of each and the surface that it ends at.
+        """
+        finite = np.isfinite(np.hstack([ends.origin, ends.direction, ends.st])).all(axis=1)
+        lands, leaves = (np.flatnonzero(np.isin(ends.status, some) & finite) for some in (_LANDS, _LEAVES))
+        meets_none = ends.events == 0
+        if lands.size:
+            residual, bound = landings(
+                self.scene.picture, ends.origin[lands], ends.direction[lands], ends.st[lands], self.eps
+            )
+            told = lands[self.tally.note("place", lands, 0, residual, bound)]
+            self.held[told[meets_none[told]]] = True
+        away = Clear(
+            origin=ends.origin[leaves], direction=ends.direction[leaves], length=np.full(len(leaves), np.inf),
+            within=np.full(len(leaves), -1), allowed=allowed[leaves],
+        )  # fmt: skip
+        legs, rays_of, events_of = away, leaves, ends.events[leaves].astype(np.intp)
+        if more is not None:
+            legs, rays_of, events_of = away.and_also(more[0]), np.append(leaves, more[1]), np.append(events_of, more[2])
+        if not rays_of.size:
+            return
+        residual, bound = obstacles(self.scene, legs, self.eps)
+        if self.may_lose:
+            lost = residual > bound
+            self.tally.unchecked["lost"] += int(lost.sum())
+            bound = np.where(lost, np.inf, bound)
+            compared = self.tally.note("ahead", rays_of, events_of, residual, bound) | lost
+        else:
+            compared = self.tally.note("ahead", rays_of, events_of, residual, bound)
+        self.tally.unchecked["unseen"] += int((~compared).sum())
+        told = rays_of[compared]
+        self.held[told[meets_none[told]]] = True
+
+    def _sent_back(self, legs: Pixels, hits: Hits, before: Array, at: Array, after: Array, end: Array
+                   ) -> tuple[Pixels, Returned]:  # fmt: skip
+        """Send rays back along legs that start at some surface points, and end at others."""
+        turn = np.where(np.isfinite(hits.turn[legs]), hits.turn[legs] + hits.swing[legs], 0.0).max(axis=1)
+        eta = np.maximum(hits.index / self.scene.n_medium, self.scene.n_medium / hits.index)[legs]
+        unturned = turn + SAFETY * self.eps
+        face = np.argmin(hits.turn[legs], axis=1)
+        normal = hits.normal[legs, face]
+        # What a turn of the normal does to a direction is magnified where that grazes the surface
+        steep = np.abs(np.einsum("ni,ni->n", before[legs], normal))
+        slack = eta * unturned / np.maximum(steep, np.sqrt(unturned))
+        legs_back = Leg(
+            before=before[legs], at=at[legs], along=after[legs], end=end, size=hits.size[legs],
+            place=hits.place[legs], slack=slack,
+        )  # fmt: skip
+        return legs, sent_back(self.follower, self.scene, legs_back, self.eps, may_lose=self.may_lose)
+
+    def _note_returns(self, back: Returned, ray: Pixels, events: Pixels) -> Mask:
+        """Note ways back of some rays from some surfaces; return which could be compared."""
+        self.tally.unchecked["borderline"] += int((back.kind == Return.UNDECIDED).sum())
+        self.tally.unchecked["lost"] += int((back.kind == Return.LOST).sum())
+        bound = np.where(back.kind == Return.CAME, back.bound, np.inf)
+        return self.tally.note("return", ray, events, back.residual, bound)
+
+
+def _side(hits: Hits, before: Array) -> NDArray[np.int8]:
+    """Return 1 where rays come to surface points from within, -1 from without, 0 where nobody can tell; shape (N,)."""
+    along = np.einsum("ni,nfi->nf", before, hits.normal)
+    lies_on = np.isfinite(hits.turn)
+    within, without = ((~lies_on | (sign * along > hits.turn)).all(axis=1) for sign in (1.0, -1.0))
+    told = lies_on.any(axis=1)
+    side: NDArray[np.int8] = np.where(told & within, 1, np.where(told & without, -1, 0)).astype(np.int8)
+    return side
