@@ -26,7 +26,7 @@ from lenscl.expr.twice_writer import is_rational, twice_text
 
 if TYPE_CHECKING:  # these compute with numpy, which reading and writing expressions does not wait for
     from lenscl.expr.enclose import bounds, least
-    from lenscl.expr.values import evaluate, evaluate_with_error
+    from lenscl.expr.values import evaluate, evaluate_together, evaluate_with_error
 
 __all__ = [
     "FUNCTIONS",
@@ -44,6 +44,7 @@ __all__ = [
     "differentiate",
     "digest",
     "evaluate",
+    "evaluate_together",
     "evaluate_with_error",
     "gradient",
     "is_rational",
@@ -58,7 +59,13 @@ __all__ = [
     "twice_text",
 ]
 
-_NUMERIC = {"bounds": "enclose", "least": "enclose", "evaluate": "values", "evaluate_with_error": "values"}
+_NUMERIC = {
+    "bounds": "enclose",
+    "least": "enclose",
+    "evaluate": "values",
+    "evaluate_together": "values",
+    "evaluate_with_error": "values",
+}
 
 
 def __getattr__(name: str) -> Any:
