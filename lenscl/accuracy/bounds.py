@@ -1,25 +1,20 @@
 """How far the places of a map may be from exact physics: a bound on the error of (s, t), ray by ray.
 
-A ray is traced in double precision, as it is and four times with a start beside it. Rounding on the way acts like a
-small move of the start, of its origin across the ray and of its direction: four numbers. The four moves change each of
-them by a few ulps and are orthogonal, so that the root of the sum of squares of what they do to the place is the length
-of its gradient, whichever direction is amplified most. The bound is what that length makes of the ulps. A surface can
-take back a move of the start, and what rounds there is then not seen:
+A ray is traced in double precision. Two things are then asked of it.
 
-- A face met at a grazing angle hardly passes on a turn of the ray. So each of the four also goes through lenses that
-  are turned, and whose ratios of indices are changed, by as many ulps.
-- An index of n divides a turn on the way in, and multiplies what rounds inside on the way out: `last_leg` adds that,
-  and a ray that meets more than two surfaces is turned by n times as much from the start.
-- Where F is a difference of large numbers, its surface is displaced by more than ulps: `surface_noise` makes the moves
-  larger, by a bound on the rounding of F where the ray met its last surface.
+1. How far may rounding take its place? `carried` counts every rounding on the way, at each surface that is met and on
+   each leg between, in the size of the numbers that were rounded. Each is taken to the picture by the derivative of the
+   path in closed form, and all are added by their worst signs. Where first order does not hold, there is no bound.
+2. May rounding take another path? The ray is traced five times more, with its start, the lenses and the indices moved
+   by some times what is rounded. The moves are the corners of a simplex, so that one of them crosses what decides the
+   path, if that is near. Where a lens takes back moves of the start, as at a focus, larger ones follow, up to what the
+   bound allows. Where a moved ray takes another path, there is no bound.
 
-Where a moved ray takes another path, rounding may decide the path, and there is no bound. A map of any precision and
-method is held against that double trace: its bound is how far the two are apart, and the double trace's own bound.
+What the moves show of the place is also a bound from below on the bound: it is of second order, too, and sees edges. A
+map of any precision and method is held against the double trace: its bound is how far the two are apart, and the double
+trace's own bound.
 
-The numbers of ulps are chosen by measurement; nothing here is proved. bench/validate_error_map.py holds the bounds
-against certified answers: in each precision, all of 146,000 pixels of 65 scenes were within their bounds. In double the
-worst error was a third of its bound, and half of them were less than a hundredth. Without the turned lenses, the growth
-by the index or the noise of F, bounds fail on the scenes there that are made for it.
+The second part is no proof. bench/validate_error_map.py holds the bounds against certified answers.
 """
 
 from __future__ import annotations
@@ -30,32 +25,32 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lenscl.accuracy.rounding import growth, landing, last_leg, reach, surface_noise
+from lenscl.accuracy.carried import Carried, carried
+from lenscl.accuracy.meeting import U
+from lenscl.accuracy.rounding import MOVES, moves, reach
 from lenscl.config import Scene
 from lenscl.device import Device
 from lenscl.errors import TraceError
 from lenscl.status import RayStatus
-from lenscl.tracing import Nudge, RayMap, checked_rays, film_rays, trace_to_judge
+from lenscl.tracing import Judge, Nudge, RayMap, RayPaths, checked_rays, film_rays
 
 Array = NDArray[np.float64]
 
 NO_BOUND = -1.0
 _EPS = float(np.finfo(np.float64).eps)
-_ULPS = 4.0  # of every number of the start; the worst error that was seen is what 1.4 would make
-_INSIDE = 8.0  # ulps that a direction inside a lens may be off; most are one or two, growing with its slant
-_ONE_PASS = 2  # events; a ray that meets more carries on what has grown already
-_LANDING = 1.0  # ulps of what the picture coordinates are summed up from
-# Whether a move adds to the offsets and turns or takes away: orthogonal, and each has all four at once
-_SIGNS = ((1, 1, 1, 1), (1, -1, 1, -1), (1, 1, -1, -1), (1, -1, -1, 1))
+_ULPS = 4.0  # of each number of the start, of normals and of indices
+_FILM = 4.0  # u: of the sums that make a place on the film, and a start of parallel light
+_UNIT = 6.0  # u: of a direction made unit, and of parallel light once more
+_FARTHER = 4.0  # times what is rounded: how far moves go, as a quarter of each may be all that tells
+_NUDGE = _FARTHER * _ULPS * _EPS
 # What else rounds on the way, and what no move of the start shows where a surface takes it back: normals and indices
 _NUDGES = tuple(
-    Nudge(
-        turn=(_ULPS * _EPS * b, _ULPS * _EPS * c, _ULPS * _EPS * d), eta_in=_ULPS * _EPS * a, eta_out=_ULPS * _EPS * b
-    )
-    for a, b, c, d in _SIGNS
+    Nudge(turn=(_NUDGE * b, _NUDGE * c, _NUDGE * d), eta_in=_NUDGE * a, eta_out=_NUDGE * b) for a, b, c, d in MOVES
 )
-_LENGTH = float(np.sqrt(len(_SIGNS)))  # of such a move, in units of each number's own
-_PART = 2**17  # rays made at once: about 90 MB
+_TAKEN_BACK = 8.0  # times what moves of the start show: bounds are mostly twice that
+_LARGEST_MOVE = 1e-3  # radians, and of the lenses' largest coordinate
+_LENGTH = 2.0 * _FARTHER
+_PART = 2**17  # rays made at once: some 100 MB
 _LANDED = tuple(int(status) for status in RayStatus if status.lands)
 
 
@@ -125,7 +120,8 @@ def error_at(raymap: RayMap, pixels: ArrayLike) -> Array:
 def error_map(raymap: RayMap) -> Array:
     """Return a bound on the error of every place of a map, against exact physics of the scene as it is written.
 
-    The rays are traced again in double precision, five times; this module's text says what the bound is based on.
+    The rays are traced again in double precision, seven times or more; this module's text says what the bound is based
+    on.
 
     Parameters
     ----------
@@ -174,12 +170,16 @@ def _pixel_places(scene: Scene, pixels: NDArray[np.intp], device: Device | str |
     origins, directions = film_rays(scene, pixels)
     goes: NDArray[np.bool_] = np.asarray(directions.any(axis=1))  # a pixel on the source has no direction
     points, units = checked_rays(origins, np.where(goes[:, None], directions, (0.0, 0.0, 1.0)))
-    size = _largest(scene.film.corner, scene.film.right, scene.film.down)
+    corner, *spans = np.abs([scene.film.corner, scene.film.right, scene.film.down])
+    target = _FILM * U * (corner + np.sum(spans, axis=0))
     if scene.source.at is None:
-        places = _places(scene, points, units, device, offset=size)
+        # A start is its target, taken back along the direction: what that is off turns the ray about the target
+        back = np.linalg.norm(points - scene.film.corner, axis=1)[:, None] + np.abs(spans).sum()
+        place = target + _FILM * U * (np.abs(points) + back)
+        places = _places(scene, points, units, device, place=place)
     else:
-        distance = np.where(goes, np.linalg.norm(directions, axis=1), 1.0)
-        places = _places(scene, points, units, device, turn=max(size, _largest(scene.source.at)) / distance)
+        distance = np.where(goes, np.linalg.norm(directions, axis=1), 1.0)[:, None]
+        places = _places(scene, points, units, device, turn=target / distance)
     places.st[~goes], places.bound[~goes] = -1.0, NO_BOUND
     places.status[~goes], places.events[~goes] = RayStatus.UNDECIDED, 0
     return places
@@ -191,59 +191,67 @@ def _places(
     units: Array,
     device: Device | str | None,
     *,
-    offset: float = 0.0,
+    place: Array | float = 0.0,
     turn: Array | float = 0.0,
 ) -> Places:
-    """Trace one part of the rays; `offset` and `turn` are sizes of what they were computed from, if they were."""
-    found = trace_to_judge(scene, points, units, device)
-    across = _ULPS * _EPS * np.maximum(np.abs(points).max(axis=1), max(reach(scene), offset))
-    turned = _ULPS * _EPS * (1.0 + np.broadcast_to(turn, across.shape))
-    displaced, tilted = surface_noise(scene, found)
-    is_told = np.isfinite(displaced) & np.isfinite(tilted)
-    displaced, tilted = np.where(is_told, (displaced, tilted), 0.0)
-    across, turned = np.maximum(across, displaced), np.maximum(turned, tilted)
-    turned *= np.where(found.events > _ONE_PASS, growth(scene), 1.0)
-    squares, is_same = np.zeros(found.st.shape), np.isin(found.status, _LANDED) & is_told
-    for nudge, (move, bend) in zip(_NUDGES, _moves(units), strict=True):
-        moved = trace_to_judge(scene, points + across[:, None] * move, units + turned[:, None] * bend, device, nudge)
-        is_same &= np.isin(moved.status, _LANDED) & (moved.events == found.events)
-        squares += np.square(np.where(is_same[:, None], moved.st - found.st, 0.0))
-    bound = np.sqrt(squares.max(axis=1)) / _LENGTH
-    bound += _LANDING * _EPS * landing(scene, found.st) + _INSIDE * _EPS * last_leg(scene, found)
-    is_same &= np.isfinite(bound)
-    return Places(st=found.st, status=found.status, events=found.events, bound=np.where(is_same, bound, NO_BOUND))
+    """Trace one part of the rays; `place` and `turn` are how far each number of start and direction is off already."""
+    judge = Judge(scene, device)
+    found = judge.paths(points, units)
+    off = np.broadcast_to(place, points.shape)
+    turned = np.broadcast_to(turn, points.shape) + _UNIT * U
+    bound = np.full(len(points), NO_BOUND)
+    lands = np.flatnonzero(np.isin(found.status, _LANDED))
+    if lands.size:
+        rounded = carried(judge, scene, points, units, found, lands, off, turned)
+        some = lands[np.isfinite(rounded.bound[lands])]
+        seen = _seen(judge, scene, points, units, found, some, rounded, off, turned)
+        bound[some] = np.where(seen >= 0.0, np.maximum(rounded.bound[some], seen), NO_BOUND)
+    return Places(st=found.st, status=found.status, events=found.events, bound=bound)
 
 
-def _moves(units: Array) -> Iterator[tuple[Array, Array]]:
-    """Yield moves of origins and of unit directions, across them, by one unit of each of the four numbers of a ray."""
-    u, v = _across(units)
-    (a, b), (c, d) = ((x * u + y * v, x * v - y * u) for x, y in _angles(units))
-    for first, second, third, fourth in _SIGNS:
-        yield first * a + second * b, third * c + fourth * d
+def _seen(
+    judge: Judge,
+    scene: Scene,
+    points: Array,
+    units: Array,
+    found: RayPaths,
+    rays: NDArray[np.intp],
+    rounded: Carried,
+    place: Array,
+    turn: Array,
+) -> Array:
+    """Return how far some rays' places are moved by moves of rounding's size; -1 where another path comes of one."""
+    points, units, st, events = points[rays], units[rays], found.st[rays], found.events[rays]
+    across = _ULPS * _EPS * np.maximum(_largest_of(points), reach(scene)) + _largest_of(place[rays])
+    turned = _ULPS * _EPS + _largest_of(turn[rays])
+    across = _FARTHER * np.maximum(across, rounded.moved[rays])
+    turned = _FARTHER * np.maximum(turned, rounded.tilted[rays])
+    seen = np.zeros(st.shape)
+    is_same = np.ones(len(rays), bool)
+    for nudge, (move, bend) in zip(_NUDGES, moves(units), strict=True):
+        moved = judge.paths(points + across[:, None] * move, units + turned[:, None] * bend, nudge)
+        is_same &= np.isin(moved.status, _LANDED) & (moved.events == events)
+        seen += np.square(np.where(is_same[:, None], moved.st - st, 0.0))
+    seen = np.sqrt(seen.max(axis=1)) / _LENGTH
+
+    # Where a lens takes back what moves the start, larger moves show as much as may become of what is rounded behind it
+    few = np.flatnonzero(is_same & (rounded.bound[rays] > _TAKEN_BACK * seen))
+    if few.size:
+        with np.errstate(divide="ignore"):
+            more = rounded.bound[rays[few]] / seen[few]
+        more = np.minimum(more, _LARGEST_MOVE / np.maximum(turned[few], across[few] / max(reach(scene), _EPS)))
+        points, units, events = points[few], units[few], events[few]
+        across, turned = more * across[few], more * turned[few]
+        for move, bend in moves(units):
+            moved = judge.paths(points + across[:, None] * move, units + turned[:, None] * bend)
+            is_same[few] &= np.isin(moved.status, _LANDED) & (moved.events == events)
+    return np.where(is_same, seen, NO_BOUND)
 
 
-def _across(units: Array) -> tuple[Array, Array]:
-    """Return two unit vectors across each direction and each other (Duff et al., JCGT 6(1), 2017)."""
-    x, y, z = units.T
-    sign = np.where(z < 0.0, -1.0, 1.0)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    u = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1)
-    v = np.stack([b, sign + y * y * a, -y], axis=1)
-    return u, v
-
-
-def _angles(units: Array) -> Iterator[tuple[Array, Array]]:
-    """Yield cosine and sine of two angles a ray, which follow no symmetry of a scene and are the same every time."""
-    odd = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
-    mixed = (np.ascontiguousarray(units).view(np.uint64) * odd).sum(axis=1, dtype=np.uint64)
-    for factor in odd[:2]:
-        angle = 2.0 * np.pi * ((mixed * factor) >> np.uint64(11)) / 2.0**53
-        yield np.cos(angle)[:, None], np.sin(angle)[:, None]
-
-
-def _largest(*vectors: tuple[float, float, float]) -> float:
-    return float(np.abs(np.array(vectors)).max())
+def _largest_of(vectors: Array) -> Array:
+    """Return the largest size of three numbers, shape (N,): column by column, which takes an eighth of the time."""
+    largest: Array = np.maximum.reduce(list(np.abs(vectors).T))
+    return largest
 
 
 def _parts(count: int) -> Iterator[slice]:

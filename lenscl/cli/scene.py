@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from lenscl.status import RayStatus
     from lenscl.tracing import Caustic, RayMap
 
+_AS_FLOAT32 = "; all are those of the file, whose float32 numbers lose more than the map's"
+
 
 @click.command()
 @study_argument
@@ -79,9 +81,9 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
 
     With --error each pixel has a bound on the error of s and t, the larger of the two, against exact physics of the
     scene as written, in picture coordinates; in an EXR what its single precision loses is added. The bound compares:
-    every ray is traced again in double precision, and the distance to that is added to what double itself may be off,
-    seen from four starts moved by roundings. It is -1 where the ray has no place, or where rounding may decide its
-    path. It is not proved but validated: see the README for how often it held.
+    every ray is traced again in double precision, and the distance to that is added to what all roundings of double may
+    make of the place. It is -1 where the ray has no place, where rounding may decide its path, or where it is too large
+    to be counted. It is validated, not proved: see the README.
 
     A sample of the rays is checked by laws that every path obeys. Where some fail the file is written all the same,
     standard error says which and why, and the exit code is 3.
@@ -92,7 +94,7 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
       lenscl map configs/torus.toml --set lens.r=0.2 -o torus.npz
       lenscl map configs/torus.toml --set numerics.precision=single --error -o torus.exr
     """
-    from lenscl.imaging import refuse_wavelengths, write_map
+    from lenscl.imaging import error_in_file, refuse_wavelengths, write_map
 
     study = open_study(study_path, overrides)
     if study.scene.wavelengths:
@@ -109,7 +111,9 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
         click.echo("note: an .exr holds neither samples nor irradiance; write an .npz for those", err=True)
     has_failed = _report(output, raymap, achieved)
     if error is not None:
-        click.echo(_bounded(raymap, error, max(largest_size(study.scene, study.images))), err=True)
+        stored, pixels = error_in_file(output, raymap, error), max(largest_size(study.scene, study.images))
+        is_st_map = output.suffix.lower() == ".exr"
+        click.echo(_bounded(raymap, stored, pixels) + (_AS_FLOAT32 if is_st_map else ""), err=True)
     if has_failed:
         raise SystemExit(SOME_FAILED)
 
@@ -151,7 +155,7 @@ def _bounded(raymap: RayMap, error: NDArray[np.float64], pixels: int) -> str:
     if homeless := int((~lands).sum()):
         parts.append(f"{homeless} have none as they land nowhere")
     if unsure := int((lands & (error < 0)).sum()):
-        parts.append(f"{unsure} have none as rounding may decide their path")
+        parts.append(f"{unsure} have none as rounding may decide their path, or is too large to be counted")
     return "; ".join(parts)
 
 

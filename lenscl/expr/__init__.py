@@ -30,7 +30,7 @@ from lenscl.expr.twice_writer import is_rational, twice_text
 if TYPE_CHECKING:  # these compute with numpy, which reading and writing expressions does not wait for
     from lenscl.expr.enclose import bounds, least
     from lenscl.expr.undefined import why_undefined
-    from lenscl.expr.values import evaluate, evaluate_with_error
+    from lenscl.expr.values import evaluate, evaluate_together, evaluate_with_error
 
 __all__ = [
     "FUNCTIONS",
@@ -49,6 +49,7 @@ __all__ = [
     "differentiate",
     "digest",
     "evaluate",
+    "evaluate_together",
     "evaluate_with_error",
     "gradient",
     "is_rational",
@@ -71,6 +72,7 @@ _NUMERIC = {
     "bounds": "enclose",
     "least": "enclose",
     "evaluate": "values",
+    "evaluate_together": "values",
     "evaluate_with_error": "values",
     "why_undefined": "undefined",
 }

@@ -244,7 +244,8 @@ def norm(u: Interval, v: Interval, p: Interval) -> Interval:
     low, high = norms.value(np, a.lo, b.lo, p.hi), norms.value(np, a.hi, b.hi, p.lo)
     unknown = ~(p.lo >= 1.0) | _unbounded(p)
     wide = _outward(low, high, u.undefined | v.undefined | p.undefined | unknown, ulps=_NORM_ULP)
-    return Interval(np.maximum(wide.lo, 0.0), np.where(unknown, np.inf, wide.hi), wide.undefined)
+    lo = np.where(unknown, 0.0, np.maximum(wide.lo, 0.0))
+    return Interval(lo, np.where(unknown, np.inf, wide.hi), wide.undefined)
 
 
 def norm_slope(u: Interval, v: Interval, p: Interval) -> Interval:

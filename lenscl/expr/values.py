@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -57,18 +58,51 @@ def evaluate_with_error(expr: Expr, values: Mapping[str, ArrayLike]) -> tuple[Ar
     value, error : float64 array
         As `evaluate`, and e >= 0 with |value - exact| <= e; e is infinite where nothing is known.
     """
+    (value,), (error,) = evaluate_together([expr], values, with_error=1)
+    return value, error
+
+
+def evaluate_together(
+    exprs: Sequence[Expr], values: Mapping[str, ArrayLike], *, with_error: int = 0
+) -> tuple[list[Array], list[Array]]:
+    """Evaluate several expressions at points; what they share is computed once.
+
+    Parameters
+    ----------
+    exprs : sequence of Expr
+        Any expressions.
+    values : mapping of str to array
+        As for `evaluate`.
+    with_error : int
+        How many of them, from the first, get a bound on their rounding error, as by `evaluate_with_error`.
+
+    Returns
+    -------
+    values, errors : list of float64 array
+        One an expression; one for each that gets a bound.
+    """
     given, shape = _arrays(values)
     at: dict[Expr, Array] = {}
     error: dict[Expr, Array] = {}
     with np.errstate(all="ignore"):
-        for each in walk([expr]):
+        for each in _order(tuple(exprs[:with_error])):
             if not each.args:
                 at[each], error[each] = _leaf(each, given), np.zeros(())
                 continue
             at[each] = _applied(each, at)
             found = _error(each, at, error) * _SLACK
             error[each] = np.where(np.isfinite(at[each]) & ~np.isnan(found), found, np.inf)
-    return np.array(np.broadcast_to(at[expr], shape)), np.array(np.broadcast_to(error[expr], shape))
+        for each in _order(tuple(exprs[with_error:])):
+            if each not in at:
+                at[each] = _leaf(each, given) if not each.args else _applied(each, at)
+    found_values = [np.array(np.broadcast_to(at[expr], shape)) for expr in exprs]
+    return found_values, [np.array(np.broadcast_to(error[expr], shape)) for expr in exprs[:with_error]]
+
+
+@lru_cache(maxsize=64)
+def _order(exprs: tuple[Expr, ...]) -> tuple[Expr, ...]:
+    """Return the nodes as `walk` does; surfaces are evaluated again and again."""
+    return tuple(walk(exprs))
 
 
 def _arrays(values: Mapping[str, ArrayLike]) -> tuple[dict[str, Array], tuple[int, ...]]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from lenscl.imaging.encoding import Encoding, light_of
 from lenscl.imaging.lit import light, painter_of
-from lenscl.imaging.maps import refuse_wavelengths, write_map
+from lenscl.imaging.maps import error_in_file, refuse_wavelengths, write_map
 from lenscl.imaging.paint import Filter, Painter, paint
 from lenscl.imaging.read import Picture, read_metadata, read_picture, read_size
 from lenscl.imaging.samples import SAMPLES, draw
@@ -23,6 +23,7 @@ __all__ = [
     "Painter",
     "Picture",
     "draw",
+    "error_in_file",
     "formats_of",
     "light",
     "light_of",

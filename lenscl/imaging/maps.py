@@ -102,13 +102,22 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
             image = _st_map(raymap)
             further = dict(_channels(_added(raymap)))
             if error is not None:
-                further["error"] = _error_of(image, raymap, error)
+                further["error"] = _error_of(image, raymap, error)[..., np.newaxis]
             image = np.concatenate([image, *further.values()], axis=2)
             write_image(file, image, metadata={"scene_toml": scene_toml}, further=tuple(further))
         case ".npz":
             _write_npz(file, raymap, scene_toml, {} if error is None else {"error": error})
         case other:
             raise ImageError(f"{file}: a ray map is written as .exr (an ST map) or .npz (numpy arrays), not {other!r}")
+
+
+def error_in_file(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.float64]) -> NDArray[Any]:
+    """Return the bounds on the error of (s, t) as `write_map` stores them; parameters as there.
+
+    An `.exr` has R and G as float32, and what they lose is in its bounds; an `.npz` has every number as it was traced.
+    """
+    is_st_map = Path(path).suffix.lower() == ".exr"
+    return _error_of(_st_map(raymap), raymap, error) if is_st_map else error
 
 
 def refuse_wavelengths(path: str | PathLike[str]) -> None:
@@ -154,14 +163,14 @@ def _single(array: NDArray[Any]) -> NDArray[np.float32]:
 
 
 def _error_of(image: NDArray[np.float32], raymap: WritableMap, error: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return the bounds on what an ST map's R and G are off as they are stored, shape (rows, columns, 1)."""
+    """Return the bounds on what an ST map's R and G are off as they are stored, shape (rows, columns)."""
     st = raymap.st.astype(np.float64)
     lost = np.maximum(np.abs(image[..., 0] - st[..., 0]), np.abs(image[..., 1] - (1.0 - st[..., 1])))
     rounded = _ROUNDINGS * np.finfo(np.float64).eps * (1.0 + np.abs(st).max(axis=-1))  # of 1 - t, twice, and the sum
     bound = np.where(error < 0, error, error + lost + rounded)
     stored = bound.astype(np.float32)
-    stored = np.where(stored < bound, np.nextafter(stored, np.float32(np.inf)), stored)
-    return stored[..., np.newaxis]
+    rounded_up: NDArray[np.float32] = np.where(stored < bound, np.nextafter(stored, np.float32(np.inf)), stored)
+    return rounded_up
 
 
 def _sampled(samples: Any) -> dict[str, NDArray[Any]]:

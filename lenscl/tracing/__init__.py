@@ -10,7 +10,7 @@ from lenscl.tracing.beside import BESIDE, complete
 from lenscl.tracing.called import Call, calls, reach_of, study_needs, with_needs
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.follow import Ends, Follower, PixelFollower, pixel_effects
-from lenscl.tracing.judge import Nudge, trace_to_judge
+from lenscl.tracing.judge import Judge, Meetings, Nudge
 from lenscl.tracing.launch import checked_rays, kernel_source, trace, trace_rays, trace_without
 from lenscl.tracing.numbers import TOLERANCE, picture_numbers
 from lenscl.tracing.placement import Placement
@@ -26,6 +26,8 @@ __all__ = [
     "Caustic",
     "Ends",
     "Follower",
+    "Judge",
+    "Meetings",
     "Nudge",
     "PixelFollower",
     "Placement",
@@ -47,7 +49,6 @@ __all__ = [
     "study_needs",
     "trace",
     "trace_rays",
-    "trace_to_judge",
     "trace_without",
     "with_needs",
 ]

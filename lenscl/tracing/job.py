@@ -235,7 +235,11 @@ class Job:
                 return None
             assert structure is not None
             structure = replace(structure, lenses=source.lenses, methods=methods_now)  # no others are in reach now
-        return None if structure is None else Job(scene, codegen.kernel_source(structure), self.device, self.kind)
+        if structure is None:
+            return None
+        finer = Job(scene, codegen.kernel_source(structure), self.device, self.kind)
+        finer.max_events = self.max_events
+        return finer
 
     def result(self, ends: dict[str, NDArray[Any]], *shape: int) -> dict[str, Any]:
         """Return the fields of a result, its rays in another shape: the ends, and how they were made."""

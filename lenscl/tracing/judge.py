@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -49,16 +49,74 @@ class Nudge:
         return moved
 
 
-def trace_to_judge(
-    scene: Scene, points: Array, units: Array, device: Device | str | None = None, nudge: Nudge | None = None
-) -> RayPaths:
-    """Trace rays as `checked_rays` returns them in double, by method auto and the exact law, at the d line.
+@dataclass(frozen=True, slots=True, eq=False)
+class Meetings:
+    """Where some rays met a surface, each its k-th.
 
-    The program counts as one of kind "judge" in `compile_count`.
+    Attributes
+    ----------
+    surface : int
+        That k, from 1.
+    rays : int array, shape (M,)
+        Their numbers, rising.
+    origin, direction : float64 array, shape (M, 3)
+        The point of the surface, and the unit direction behind it, world.
+    is_theirs : bool array, shape (M,)
+        False where the ray, followed as far as this surface alone, was not told to meet it.
     """
-    scene = scene.at_d_line()
-    exact = scene if scene.numerics.snell == "exact" else scene.replace({"numerics.snell": "exact"})
-    job = Job.prepare(steering(exact), "given", "legs", "auto", "double", device, kind="judge")
-    if nudge is not None:
-        job.change_numbers(nudge.of)
-    return traced_rays(job, points, units)
+
+    surface: int
+    rays: NDArray[np.intp] = field(repr=False)
+    origin: Array = field(repr=False)
+    direction: Array = field(repr=False)
+    is_theirs: NDArray[np.bool_] = field(repr=False)
+
+
+class Judge:
+    """Traces rays in double precision by method auto and the exact law, at the d line.
+
+    Its program counts as one of kind "judge" in `compile_count`.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of its numerics `max_events` alone plays a part.
+    device : Device or str, optional
+        As for `trace`.
+    """
+
+    def __init__(self, scene: Scene, device: Device | str | None = None) -> None:
+        scene = scene.at_d_line()
+        exact = scene if scene.numerics.snell == "exact" else scene.replace({"numerics.snell": "exact"})
+        self._job = Job.prepare(steering(exact), "given", "legs", "auto", "double", device, kind="judge")
+        self._most = exact.numerics.max_events
+
+    def paths(self, points: Array, units: Array, nudge: Nudge | None = None, most: int | None = None) -> RayPaths:
+        """Trace rays as `checked_rays` returns them, through lenses that are moved, or through so many surfaces."""
+        self._job.max_events = self._most if most is None else most
+        self._job.change_numbers((lambda numbers: numbers) if nudge is None else nudge.of)
+        return traced_rays(self._job, points, units)
+
+    def meetings(self, points: Array, units: Array, paths: RayPaths, rays: NDArray[np.intp]) -> Iterator[Meetings]:
+        """Yield the surfaces that some rays met, the first, the second and so on.
+
+        A ray that may meet k surfaces ends at its k-th one, and the last one is what its path holds. So a ray of two
+        surfaces is traced once more.
+
+        Parameters
+        ----------
+        points, units : float64 array, shape (N, 3)
+        paths : RayPaths
+            Theirs, by lenses as they stand.
+        rays : int array
+            The numbers of those that are asked for, rising.
+        """
+        for surface in range(1, int(paths.events[rays].max(initial=0)) + 1):
+            rays = rays[paths.events[rays] >= surface]
+            origin, direction = paths.origin[rays], paths.direction[rays]
+            is_theirs = np.ones(len(rays), bool)
+            if (goes_on := np.flatnonzero(paths.events[rays] > surface)).size:
+                found = self.paths(points[rays[goes_on]], units[rays[goes_on]], most=surface)
+                origin[goes_on], direction[goes_on] = found.origin, found.direction
+                is_theirs[goes_on] = found.events == surface
+            yield Meetings(surface, rays, origin, direction, is_theirs)

@@ -263,7 +263,8 @@ def test_map_adds_error_bounds_when_asked_and_says_how_large_they_are(lenscl, st
     result = lenscl("map", study_path, *coarse, "--error", "-o", folder / "map.npz")
     assert result.exit_code == 0
     assert result.stdout == ""
-    assert lenscl("map", study_path, *coarse, "--error", "-o", folder / "map.exr").exit_code == 0
+    as_exr = lenscl("map", study_path, *coarse, "--error", "-o", folder / "map.exr")
+    assert as_exr.exit_code == 0
     with np.load(folder / "map.npz") as arrays, np.load(folder / "plain.npz") as before:
         error, status = arrays["error"], arrays["status"]
         for name in before.files:
@@ -286,6 +287,27 @@ def test_map_adds_error_bounds_when_asked_and_says_how_large_they_are(lenscl, st
     assert written.spec().channelnames == ("R", "G", "B", "A", "error")
     stored = written.get_pixels(OpenImageIO.FLOAT)[..., 4]
     assert (stored[error >= 0] >= some).all()
+    assert f"largest {stored.max():.2g} in coordinates" in as_exr.stderr
+
+
+def test_what_map_says_of_an_exr_counts_what_float32_loses(lenscl, study_path: Path) -> None:
+    folder = study_path.parent
+    said = {}
+    for suffix in ("exr", "npz"):
+        result = lenscl("map", study_path, "--error", "-o", folder / f"fine.{suffix}")
+        (said[suffix],) = [line for line in result.stderr.splitlines() if line.startswith("error bounds: ")]
+    with np.load(folder / "fine.npz") as arrays:
+        st, error = arrays["st"], arrays["error"]
+    written = OpenImageIO.ImageBuf(str(folder / "fine.exr")).get_pixels(OpenImageIO.FLOAT)
+    has = error >= 0
+    lost = np.abs(written[..., 0].astype(np.float64) - st[..., 0])[has]
+    assert lost.max() > 1e-9  # the map's own bounds are far smaller
+    assert np.median(error[has]) < 1e-13
+    assert (written[..., 4][has] >= lost).all()
+    assert f" median {np.median(written[..., 4][has]):.2g}, 99 % " in said["exr"]
+    assert "float32" in said["exr"]
+    assert f"{np.median(error[has]):.2g}" in said["npz"]
+    assert "float32" not in said["npz"]
 
 
 def test_map_without_error_writes_the_same_bytes_as_ever(lenscl, study_path: Path) -> None:

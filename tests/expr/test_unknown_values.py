@@ -115,8 +115,8 @@ def test_balls_of_the_unknown_are_unknown(unknown: arb) -> None:
             places = range(1 if name == "power" else row.arity)
             for place in places:
                 args = (X, number(3.0)) if name == "power" else tuple(X if i == place else Y for i in range(row.arity))
-                if name == "where":
-                    continue  # a choice may be of known branches
+                if name in ("where", "norm_slope"):
+                    continue  # a choice may be of known branches; slopes of norms are made by jets themselves
                 found = jet(node(name, *args), {"x": Jet(unknown, (unknown,)), "y": Jet(other, (arb(1),))})
                 tried += 1
                 bounded = name in ("sin", "cos", "atan2", "tanh", "min", "max") and not is_undefined

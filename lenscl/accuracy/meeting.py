@@ -1,0 +1,272 @@
+"""What a surface is where rays met it, and what is rounded there: the numbers that `carried` takes to the picture.
+
+Every rounding is counted by its worst case, in units of u = 2^-53 and of the sizes that were rounded. The counts are of
+the operations of kernels/lens.cl, placement.cl, snell_exact.cl and mirrored.cl, written beside each; what F and its
+gradient round is bounded by `evaluate_with_error`. Arrays are of shape (3, M), coordinates first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lenscl.accuracy.jets import Jets
+from lenscl.config import Scene
+from lenscl.methods import choose
+from lenscl.tracing import Placement
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+U = 2.0**-53
+_OTHER_ORDERS = 2.0  # a kernel computes F and its gradient by the same operations, but not all in the same order
+_TURNED = 8.0  # u: of an entry of a rotation, by the angle in radians, cosine, sine and two products
+_ON = 8.0  # ulps of a point's coordinates by which it may be off a surface and be taken to be on it: `locate`
+_SURE = 4.0  # times that much, for what is told by another sum
+_BOX_SLACK = 1e-6  # of the box: a point on it may be rounded to beside it
+_SAME_WAY = 1e-6  # radians that the direction behind may be off Snell's law, besides what rounding explains
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Meeting:
+    """Some rays meeting one lens; the derivative's ingredients first, then the sizes of roundings.
+
+    Attributes
+    ----------
+    rays : int array, shape (M,)
+        Their numbers.
+    lens : int
+    before, after, normal : (3, M)
+        Unit, world; the normal against the ray.
+    hessian : (3, 3, M)
+        Of F in the world, over the length of its gradient, signed as the normal.
+    leg, eta, cosine, behind, along : (M,)
+        Length of the way here; n_before / n_after; cosines of incidence and of the refracted ray; and the multiple of
+        the normal that refraction takes off, as in snell_exact.cl.
+    total : bool, (M,)
+        Whether the ray is totally reflected.
+    searched : (3, M), world, scene units
+        By how much the ray was off its line when it was searched: the point slides on the surface.
+    told : (3, M)
+        By how much the point was off when its normal was taken.
+    placed : (3, M)
+        By how much it was off on its way back to the world, which turns no normal.
+    level : (M,)
+        By how much F was off zero, over the length of its gradient: a distance along the normal.
+    tilt : (3, M)
+        By how much the normal was off.
+    known : bool, (M,)
+        Whether the numbers say what the ray did.
+    """
+
+    rays: NDArray[np.intp] = field(repr=False)
+    lens: int
+    before: Array = field(repr=False)
+    after: Array = field(repr=False)
+    normal: Array = field(repr=False)
+    hessian: Array = field(repr=False)
+    leg: Array = field(repr=False)
+    eta: Array = field(repr=False)
+    cosine: Array = field(repr=False)
+    behind: Array = field(repr=False)
+    along: Array = field(repr=False)
+    total: Mask = field(repr=False)
+    searched: Array = field(repr=False)
+    told: Array = field(repr=False)
+    placed: Array = field(repr=False)
+    level: Array = field(repr=False)
+    tilt: Array = field(repr=False)
+    known: Mask = field(repr=False)
+    leaves: Mask = field(repr=False)
+    doubt: Array = field(repr=False)  # |F| over the most that it may be by rounding
+
+    def of(self, chosen: Mask) -> Meeting:
+        """Return that of some of its rays."""
+        parts = {each.name: getattr(self, each.name) for each in fields(self)}
+        return Meeting(**{name: part if name == "lens" else part[..., chosen] for name, part in parts.items()})
+
+
+class Glass:
+    """One lens of a scene, asked at points where rays met it."""
+
+    def __init__(self, scene: Scene, number: int) -> None:
+        self.number, self.lens = number, scene.lenses[number]
+        self._n_medium = scene.n_medium
+        self._placement = Placement.of(self.lens)
+        self._slack = _BOX_SLACK * (self._placement.box[1] - self._placement.box[0])
+        self._extent = (self._placement.box[1] - self._placement.box[0])[:, None]
+        surface = self.lens.surface
+        form = surface.sign_polynomial(self.lens.values)
+        method = choose("auto", is_polynomial=form is not None)
+        assert method is not None, "auto serves every surface"
+        self._ending = method.ending_for(surface.degree)
+        is_whole = form is not None and method.wants_polynomial
+        self._jets = Jets(self.lens.values, surface, form if is_whole else None)
+        # 0 where the angles are quarters, whose cosines are exact
+        self._rotated = 0.0 if all(angle % 90.0 == 0.0 for angle in self.lens.rotate) else _TURNED * U
+
+    def holds(self, points: Array) -> Mask:
+        """Say which points, shape (3, M), lie in the lens's box."""
+        local = self._placement.local(points.T)
+        low, high = self._placement.box - np.array([[1.0], [-1.0]]) * self._slack
+        inside: Mask = ((local >= low) & (local <= high)).all(axis=1)
+        return inside
+
+    def met(
+        self, rays: NDArray[np.intp], start: Array, before: Array, point: Array, after: Array, departs: Array
+    ) -> Meeting:
+        """Return what rays from `start` along `before` met at `point`, and left along `after`.
+
+        `departs` is by how much F may be off zero, over the length of its gradient, where the ray starts on this very
+        lens: its search takes that for the surface. 0 elsewhere.
+        """
+        to_local, to_world = self._placement.to_local, self._placement.to_world
+        centre = self._placement.centre[:, None]
+        away, off = start - centre, point - centre
+        local = _mapped(to_local, off)
+        leg = np.sqrt(dot(point - start, point - start))
+
+        # What is known of F here
+        value, noise, slopes, errors, seconds = self._jets.at(local)
+        with np.errstate(all="ignore"):
+            steep = _mapped(to_local.T, slopes)
+            length = np.sqrt(dot(steep, steep))
+            outward = steep / length
+            rows = np.stack([_mapped(to_local.T, row) for row in seconds])
+            hessian = _mapped(to_local.T, rows) / length
+            slant = dot(outward, before)
+            leaves = slant > 0.0
+            sign = np.where(leaves, -1.0, 1.0)
+            normal, cosine = sign * outward, np.abs(slant)
+
+            # How far the numbers that a search works on are rounded, in local space, and brought back to the world
+            sizes = np.abs(to_local)
+            reach, rates = _mapped(sizes, np.abs(away)), _mapped(sizes, np.abs(before))
+            direction = _mapped(to_local, before)
+            inside = np.minimum(leg, (self._extent / np.abs(direction)).min(axis=0))  # of the box, at most
+            size, inner = np.abs(local), rates * inside
+            lengths = np.abs(to_world)
+            turned = self._rotated * np.abs(off).sum(axis=0)
+            searched = _mapped(lengths, U * (4.0 * reach + 5.0 * leg * rates + 2.0 * size)) + turned
+            told = _mapped(lengths, U * (2.0 * size + 3.0 * inner))
+            placed = U * (4.0 * _mapped(lengths, size) + np.abs(point)) + turned
+
+            # How far F may be off: by its own rounding, here and along the ray, and by where the search began
+            level = _OTHER_ORDERS * noise / length + departs
+            level += self._ended(inside, direction, slopes, errors, seconds) / length
+            tilt = _mapped(sizes.T, _OTHER_ORDERS * errors + 5.0 * U * np.abs(slopes)) / length + self._rotated
+
+            # Snell's law, to see that this is what the ray did
+            eta = np.where(leaves, self.lens.n / self._n_medium, self._n_medium / self.lens.n)
+            excess = (1.0 - eta) * (1.0 + eta)
+            across = dot(before, before) - cosine * cosine
+            behind = np.sqrt(cosine * cosine + excess * np.maximum(across, 0.0))
+            along = excess / (eta * cosine + behind)
+            goes = np.isfinite(along)
+            along, behind = np.where(goes, along, 0.0), np.where(goes, behind, 1.0)
+            refracted = eta * before - along * normal
+            mirrored = before + 2.0 * cosine * normal
+            missed, turned_back = _apart(after, refracted), _apart(after, mirrored)
+            total = (eta > 1.0) & (~goes | (turned_back < missed))
+            miss = np.where(total, turned_back, missed)
+            allowed = np.sqrt(dot(tilt, tilt)) * (1.0 + eta) * (1.0 + eta / np.maximum(behind, U))
+            doubt = np.abs(value) / (noise + length * (level + norm(searched) + norm(told) + norm(placed)))
+            known = (miss <= _SAME_WAY * (1.0 + eta) + 4.0 * allowed) & np.isfinite(level + tilt.sum(axis=0) + doubt)
+        return Meeting(
+            rays, self.number, before, after, normal, sign * hessian, leg, eta, cosine, np.where(total, 1.0, behind),
+            along, total, searched, told, placed, level, tilt, known, leaves, doubt,
+        )  # fmt: skip
+
+    def _ended(self, length: Array, direction: Array, slopes: Array, errors: Array, seconds: Array) -> Array:
+        """Return by how much F is off besides its own rounding, by the way in which a search gets the root's last bits.
+
+        `length` is the longest that t can be there.
+        """
+        slope = np.abs(dot(slopes, direction))
+        turns = np.abs(dot(np.stack([dot(row, direction) for row in seconds]), direction))
+        if self._ending == "polished":  # a bracket of four roundings of t is as good as a root: kernels/newton.cl
+            off: Array = 8.0 * U * length * slope
+            return off
+        if self._ending == "corrected":  # Newton's step that was no longer than sqrt(eps) t was the last
+            off = U * length * length * turns
+            return off
+        # A quadratic equation is solved, with coefficients of where the ray enters the box, or of the chord's middle
+        if self.lens.surface.is_convex:
+            length = np.minimum(length, 2.0 * slope / turns)
+        way = np.abs(direction)
+        bent = dot(np.stack([dot(np.abs(row), way) for row in seconds]), way)
+        linear = length * dot(_OTHER_ORDERS * errors + 4.0 * U * np.abs(slopes), way)
+        off = linear + 4.0 * U * length * length * bent
+        return off
+
+    def starts(self, points: Array) -> tuple[NDArray[np.intp], Array]:
+        """Return which points, shape (3, M), may lie on the lens's surface, and by how much F may be off zero there.
+
+        That is over the length of its gradient, as `Meeting.level`.
+        """
+        near = np.flatnonzero(self.holds(points))
+        if not near.size:
+            return near, np.empty(0)
+        off = points[:, near] - self._placement.centre[:, None]
+        value, noise, slopes, _, _ = self._jets.at(_mapped(self._placement.to_local, off))
+        with np.errstate(all="ignore"):
+            length = norm(_mapped(self._placement.to_local.T, slopes))
+            most = noise / length + 2 * _ON * U * (np.abs(points[:, near]) + np.abs(off)).sum(axis=0)
+            is_on = np.abs(value) / length <= _SURE * most
+        return near[is_on], (_SURE * most)[is_on]
+
+
+def meetings_of(
+    glasses: Sequence[Glass],
+    start: Array,
+    before: Array,
+    point: Array,
+    after: Array,
+    inside: NDArray[np.intp],
+    departs: Array,
+    on: NDArray[np.intp],
+) -> Iterator[Meeting]:
+    """Yield what rays met, lens by lens; their numbers are places in the arrays given.
+
+    A ray inside a lens meets that one; one outside meets the lens in whose box it is, of several the one that F tells.
+    `inside` and `on` are numbers of lenses, -1 for none or where that is not known.
+    """
+    count = point.shape[1]
+    found = []
+    for glass in glasses:
+        may_be = (inside == glass.number) | ((inside < 0) & (len(glasses) == 1 or glass.holds(point)))
+        some = np.flatnonzero(may_be)
+        if some.size:
+            own = np.where(on[some] == glass.number, departs[some], 0.0)
+            found.append(glass.met(some, start[:, some], before[:, some], point[:, some], after[:, some], own))
+    if len(found) > 1:
+        nearest, least = np.full(count, -1), np.full(count, np.inf)
+        for meeting in found:
+            nearer = ~(meeting.doubt >= least[meeting.rays])
+            nearest[meeting.rays[nearer]], least[meeting.rays[nearer]] = meeting.lens, meeting.doubt[nearer]
+        found = [meeting.of(nearest[meeting.rays] == meeting.lens) for meeting in found]
+    yield from found
+
+
+def _mapped(matrix: Array, vectors: Array) -> Array:
+    """Return vectors, shape (3, ..., M), mapped by a matrix of three by three: one by one, wherever they stand."""
+    return np.stack([a * vectors[0] + b * vectors[1] + c * vectors[2] for a, b, c in matrix])
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Return the products of vectors, shape (..., 3, M)."""
+    product: Array = a[..., 0, :] * b[..., 0, :] + a[..., 1, :] * b[..., 1, :] + a[..., 2, :] * b[..., 2, :]
+    return product
+
+
+def norm(a: Array) -> Array:
+    """Return the lengths of vectors, shape (..., 3, M)."""
+    length: Array = np.sqrt(dot(a, a))
+    return length
+
+
+def _apart(a: Array, b: Array) -> Array:
+    return norm(a - b)
