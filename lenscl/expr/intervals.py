@@ -253,11 +253,15 @@ def norm_slope(u: Interval, v: Interval, p: Interval) -> Interval:
     b = magnitude(v)
     unknown = ~(p.lo >= 1.0) | _unbounded(u) | _unbounded(v)
     ends = []
-    for end, other in ((u.lo, np.where(u.lo >= 0.0, b.hi, b.lo)), (u.hi, np.where(u.hi >= 0.0, b.lo, b.hi))):
+    outward = ((u.lo, np.where(u.lo >= 0.0, b.hi, b.lo), -1.0), (u.hi, np.where(u.hi >= 0.0, b.lo, b.hi), 1.0))
+    for end, other, sign in outward:
         # Another exponent changes a slope by its change times log(|u| / norm), or less, and 0 stays 0
         ratio = np.abs(end) / np.maximum(np.hypot(end, other), 5e-324)
         moved = np.where(end == 0.0, 0.0, (p.hi - p.lo) * (2.0 - np.log(np.maximum(ratio, 5e-324))))
-        ends.append((norms.slope(np, end, other, p.lo), moved))
+        # Where the ratio underflows the slope may still be far from 0
+        underflown = np.where(end == 0.0, 0.0, np.sign(end) * np.power(np.maximum(ratio, 5e-324), p.lo - 1.0))
+        slope = norms.slope(np, end, other, p.lo)
+        ends.append((np.where((ratio < 1e-300) & (end * sign > 0.0), underflown, slope), moved))
     (low, below), (high, above) = ends
     low = np.where(unknown, np.where(u.lo < 0.0, -1.0, 0.0), low - below)
     high = np.where(unknown, np.where(u.hi > 0.0, 1.0, 0.0), high + above)

@@ -21,6 +21,7 @@ OPERANDS = (
     node("exp", node("/", Y, X)), node("atan2", X, number(-0.25)), node("-", node("/", Y, X), node("/", Y, X)),
 )  # fmt: skip
 LONG = np.longdouble
+EXPONENT = node("+", number(1.0), node("abs", X))  # of norms, which promise that theirs is never below 1
 
 
 def pairs() -> Iterator[Expr]:
@@ -29,6 +30,7 @@ def pairs() -> Iterator[Expr]:
     for name, row in OPERATIONS.items():
         for some in itertools.product(OPERANDS, repeat=min(row.arity, 2)):
             args = (some[0], number(3.0)) if name == "power" else (*some, X, Y)[: row.arity]
+            args = (*some, EXPONENT) if name.startswith("norm") else args
             inner.append(node(name, *args))
     yield from inner
     rng = np.random.default_rng(3)
@@ -37,6 +39,9 @@ def pairs() -> Iterator[Expr]:
             one = inner[first]
             if name == "power":
                 yield node(name, one, number(2.0))
+            elif name.startswith("norm"):
+                yield node(name, one, Y, EXPONENT)
+                yield node(name, Y, one, EXPONENT)
             elif row.arity == 1:
                 yield node(name, one)
             else:
