@@ -247,7 +247,7 @@ def worst_of(some: Iterable[Achieved]) -> Achieved:
 
 def unreachable(best: Achieved) -> StudyError:
     """Return the error of a wish that nothing fulfils."""
-    if math.isinf(best.error) or min(best.unknown_share, best.differ) > MOST_DIFFER:
+    if best.unknown and (math.isinf(best.error) or min(best.unknown_share, best.differ) > MOST_DIFFER):
         return StudyError([f"numerics.accuracy: {_unknown(best)}"])
     noise = "" if best.unbounded <= MOST_DIFFER else f". {_unbounded(best)}"
     if best.differ > MOST_DIFFER:

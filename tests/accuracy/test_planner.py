@@ -27,7 +27,7 @@ from lenscl.errors import StudyError
 from lenscl.lenses import catalogue
 from lenscl.tracing import RayMap, trace
 
-COSTS = {"single": 1e6, "mixed": 1.5e6, "double": 2e6}  # ns: whatever is really timed beside them is less
+COSTS = {"single": 1e6, "mixed": 1.5e6, "double": 2e6}  # ns a ray
 FACTORS = {"polynomial": 1.0, "guarded": 1.1, "interval": 1.5, "auto": 1.0}
 STEPS = 0.4  # a march costs so much a step through the lens, times the precision's cost
 FILM = {"size": [96, 96]}
@@ -51,6 +51,7 @@ def times(monkeypatch: pytest.MonkeyPatch) -> list[Scene]:
         return [made_up(scene) for scene in scenes]
 
     monkeypatch.setattr("lenscl.accuracy.planning.best_times", best_times)
+    monkeypatch.setattr("lenscl.accuracy.planning.ns_of", lambda raymap: made_up(raymap.scene))
     return timed
 
 
