@@ -130,7 +130,7 @@ class Planner:
             if len(self._plans) >= _MOST_PLANS:
                 self._plans.clear()
             try:
-                self._plans[key] = self._planning_of(scene, size).plan(without)
+                self._plans[key] = self._planning_of(scene, size, without).plan()
             except StudyError as error:  # that a wish cannot be reached is not found out twice, either
                 self._plans[key] = error
         found = self._plans[key]
@@ -138,11 +138,12 @@ class Planner:
             raise found
         return found
 
-    def _planning_of(self, scene: Scene, size: tuple[int, int] | None) -> Planning:
+    def _planning_of(self, scene: Scene, size: tuple[int, int] | None, without: frozenset[Combination]) -> Planning:
         """Return what plans for a scene; the last one is kept, for a plan may be asked for again without some."""
         if self._planning is None or self._planning[0] != (scene, size):
             self._planning = None  # let go of its maps before others are made
             self._planning = (scene, size), Planning(scene, size, self._device, self._cache)
+        self._planning[1].without = without
         return self._planning[1]
 
     def _traced(self, scene: Scene, plan: Plan, size: tuple[int, int] | None) -> tuple[RayMap, Achieved]:

@@ -73,7 +73,7 @@ class Planning:
         device: Device,
         cache: CalibrationCache,
     ) -> None:
-        self.without: frozenset[Combination] = frozenset()
+        self.without: frozenset[Combination] = frozenset()  # left out of a plan
         self.wanted, self.size, self.device, self.cache = wanted_of(scene), size, device, cache
         if not device.has_double:
             raise TraceError(
@@ -87,9 +87,8 @@ class Planning:
         self.evidence = gathered(looked, np.arange(self.reference.status.size), None, FEW_PROVED)
         self.maps: dict[Combination, RayMap] = {self.best: self.reference}
 
-    def plan(self, without: frozenset[Combination]) -> Plan:
-        """Return the cheapest combination that is accurate enough, some left out."""
-        self.without = without
+    def plan(self) -> Plan:
+        """Return the cheapest combination that is accurate enough."""
         truth = self.evidence.truth
         if not self.reference.events.any() and not truth.events.any() and truth.is_known.all():
             # Nothing to judge others by, and nothing that could be off
