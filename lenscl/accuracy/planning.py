@@ -92,6 +92,8 @@ class Planning:
         truth = self.evidence.truth
         if not self.reference.events.any() and not truth.events.any() and truth.is_known.all():
             # Nothing to judge others by, and nothing that could be off
+            if self.best in self.without:
+                raise unreachable(self._judged(self.best))
             return Plan(achieved=self._judged(self.best), ns=best_times([self.best.of(self.scene)], self.device)[0])
         times = self._calibration()
         near: list[Achieved] = []
