@@ -34,7 +34,7 @@ from lenscl.accuracy.statistics import Strata, quantile
 from lenscl.accuracy.truth import CERTIFIED, Truth
 from lenscl.config import Accuracy, Scene
 from lenscl.errors import StudyError
-from lenscl.reference import flint_trouble
+from lenscl.reference import flint_trouble, oracle
 from lenscl.tracing import RayMap, RayPaths
 
 Array = NDArray[np.float64]
@@ -166,7 +166,7 @@ def check_rays(
         return achieved
     some, of_them = looked.sample(CERTIFIED_RAYS)
     certified = Evidence(truth=looked.certified(some), drawn=of_them, unbounded=evidence.unbounded)
-    return with_certified_error(achieved, certified.of(looked.traced, size))
+    return with_certified_error(achieved, certified.of(looked.traced, size), certified.truth)
 
 
 def _may_be_met(judgement: Judgement, wanted: Accuracy) -> bool:
@@ -209,13 +209,17 @@ def achieved_by(judgement: Judgement, wanted: Accuracy, combination: Combination
     )
 
 
-def with_certified_error(achieved: Achieved, judgement: Judgement) -> Achieved:
+def with_certified_error(achieved: Achieved, judgement: Judgement, certified: Truth) -> Achieved:
     """Return the same with the error against certified answers; `differ` is told better by more rays.
 
     Some hundred rays leave the 99 % quantile uncertain by a factor of two or three: its upper bound is taken.
     """
     error = _upper(judgement, achieved.wanted)
-    return replace(achieved, error=error, rays=judgement.compared, against=judgement.against)
+    found = replace(achieved, error=error, rays=judgement.compared, against=judgement.against)
+    if math.isfinite(error):
+        return found
+    share = judgement.unknown_share.value
+    return replace(found, unknown=judgement.unknown, unknown_share=share, doubt=certified.doubt)
 
 
 def _upper(judgement: Judgement, wanted: Accuracy) -> float:
@@ -272,6 +276,11 @@ def _unknown(best: Achieved) -> str:
     """Say of how many rays nothing is known, why, and what to do."""
     share = f"of {_percent(best.unknown_share)} of the rays through a lens"
     by_hand = "set numerics.method and numerics.precision to trace it without a check"
+    if best.doubt == oracle.TOO_LONG:
+        return (
+            f"{share} nothing is known: they have no error bound in double precision that is small enough, and "
+            f"{best.doubt}; {100 * MOST_DIFFER:g} % may be so. {_CONDITION}, or {by_hand}"
+        )
     if best.doubt:
         return (
             f"{share} nobody can tell where they end, certified answers included ({best.doubt}); "

@@ -27,6 +27,7 @@ Numbers = NDArray[np.intp]
 
 FEW_PROVED = 512  # rays of a scene without bounds: enough to see that a wish is far off, or to plan by
 MOST_PROVED = 3000  # rays: where none of them ends otherwise, no more than 0.1 % of all do, with 95 % confidence
+MOST_LOOKS = 1_000_000  # at F along the rays that are proved at once: most rays take some hundred, a few dear ones 10^5
 _SPARE = 0.5  # of what may end otherwise: so few rays without a bound are not proved
 _SEED = 8
 
@@ -63,7 +64,7 @@ class FilmRays:
 
     def certified(self, numbers: Numbers) -> Truth:
         """As `Looked` has it."""
-        return Truth.certified(self.traced.scene, numbers)
+        return Truth.certified(self.traced.scene, numbers, MOST_LOOKS)
 
     def near(self) -> Numbers:
         """Return those that meet a lens, are undecided, or have a neighbour that is either."""
@@ -94,7 +95,7 @@ class GivenRays:
 
     def certified(self, numbers: Numbers) -> Truth:
         """As `Looked` has it."""
-        return Truth.certified_rays(self.traced.scene, self.origins, self.directions, numbers)
+        return Truth.certified_rays(self.traced.scene, self.origins, self.directions, numbers, MOST_LOOKS)
 
     def near(self) -> Numbers:
         """Return all of them: given rays have no neighbours."""

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from lenscl.accuracy.achieved import Achieved, best_of, check, check_paths, unreachable, wanted_of, worst_of
 from lenscl.accuracy.calibration import CalibrationCache
 from lenscl.accuracy.combination import Combination
+from lenscl.accuracy.judgement import MOST_DIFFER
 from lenscl.accuracy.planning import Plan, Planning
 from lenscl.config import Scene
 from lenscl.device import Device
@@ -113,6 +114,8 @@ class Planner:
                 if achieved.is_met:
                     return found, achieved
                 failed.append(achieved)  # what was enough on the plan's film is not on this one
+                if achieved.unknown_share > MOST_DIFFER:
+                    raise unreachable(achieved)  # no other way to trace makes more known
         except StudyError:
             if not failed:
                 raise

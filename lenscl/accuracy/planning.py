@@ -219,7 +219,8 @@ class Planning:
         some, drawn = looked.sample(CERTIFIED_RAYS)
         certified = Evidence(truth=looked.certified(some), drawn=drawn, unbounded=self.evidence.unbounded)
         return [
-            with_certified_error(each, certified.of(self._map(each.combination), self.size)) for each in exact or seen
+            with_certified_error(each, certified.of(self._map(each.combination), self.size), certified.truth)
+            for each in exact or seen
         ]
 
     def _paraxial(self, near: list[Achieved]) -> list[Achieved]:

@@ -65,10 +65,10 @@ class Truth:
     doubt: str = ""
 
     @classmethod
-    def certified(cls, scene: Scene, pixels: NDArray[np.intp]) -> Self:
+    def certified(cls, scene: Scene, pixels: NDArray[np.intp], most_looks: int | None = None) -> Self:
         """Prove the rays of some pixels, a few milliseconds each; see `lenscl.reference.oracle`.
 
-        What was proved of a scene lately is remembered, ray by ray.
+        What was proved of a scene lately is remembered, ray by ray. `most_looks` is as for `oracle.prove_rays`.
 
         Raises
         ------
@@ -77,14 +77,22 @@ class Truth:
         """
         kept = _proofs(_AS_ONE.of(scene))
         missing = [number for number in pixels.tolist() if number not in kept]
-        kept.update(zip(missing, oracle.prove_pixels(scene, missing), strict=True))
-        return cls._of_proofs(pixels, [kept[number] for number in pixels.tolist()])
+        made = dict(zip(missing, oracle.prove_pixels(scene, missing, most_looks=most_looks), strict=True))
+        kept.update({number: proof for number, proof in made.items() if proof.reason != oracle.TOO_LONG})
+        return cls._of_proofs(pixels, [made[number] if number in made else kept[number] for number in pixels.tolist()])
 
     @classmethod
-    def certified_rays(cls, scene: Scene, origins: Array, directions: Array, numbers: NDArray[np.intp]) -> Self:
-        """Prove some of given rays; errors as for `certified`."""
-        proofs = oracle.prove_rays(scene, origins[numbers].tolist(), directions[numbers].tolist())
-        return cls._of_proofs(numbers, proofs)
+    def certified_rays(
+        cls,
+        scene: Scene,
+        origins: Array,
+        directions: Array,
+        numbers: NDArray[np.intp],
+        most_looks: int | None = None,
+    ) -> Self:
+        """Prove some of given rays; `most_looks` and errors as for `certified`."""
+        origins, directions = origins[numbers].tolist(), directions[numbers].tolist()
+        return cls._of_proofs(numbers, oracle.prove_rays(scene, origins, directions, most_looks=most_looks))
 
     @classmethod
     def _of_proofs(cls, numbers: NDArray[np.intp], proofs: Sequence[oracle.Proof]) -> Self:
@@ -103,7 +111,9 @@ class Truth:
             status=np.array([RayStatus.UNDECIDED if p.status is None else p.status for p in proofs], np.uint8),
             events=np.array([proof.events for proof in proofs], np.uint8),
             is_known=is_known,
-            is_undecidable=~is_known,
+            is_undecidable=np.array(
+                [proof.status is None and proof.reason != oracle.TOO_LONG for proof in proofs], bool
+            ),
             radius=np.array([proof.radius for proof in proofs]),
             against=CERTIFIED,
             doubt=doubts[0][0] if doubts else "",
