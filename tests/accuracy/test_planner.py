@@ -315,6 +315,8 @@ def test_a_large_map_is_judged_by_upper_bounds_of_a_sample() -> None:
     every = judge(raymap, Truth.bounded(scene, np.arange(raymap.status.size), raymap.device))
     achieved = check(raymap, wanted, combination, None)
     assert achieved.rays > 10_000
+    for seconds in (1e-9, 1e9):  # a quick and a slow day
+        assert check(replace(raymap, trace_seconds=seconds), wanted, combination, None) == achieved
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("lenscl.accuracy.achieved._CHECKED", (2048, 2048))
         sampled = check(raymap, wanted, combination, None)
