@@ -63,8 +63,8 @@ def trace_rays(
     Parameters
     ----------
     scene : Scene
-        What to trace through. Where it has `numerics.accuracy`, these rays are traced in the way that its own film
-        needs for that.
+        What to trace through. Where it has `numerics.accuracy`, the cheapest way is taken by which these rays meet it,
+        beginning with the one that its own film needs.
     origins, directions : array_like, shape (N, 3)
         World, scene units. Directions need not be unit; origins may lie inside a lens.
     method, precision, device
@@ -84,7 +84,7 @@ def trace_rays(
         As for `trace`.
     """
     if scene.numerics.accuracy is not None and method is None and precision is None:
-        scene = planner_of(device).plan(scene).combination.of(scene)
+        return planner_of(device).trace_rays(scene, origins, directions)[0]
     return tracing.trace_rays(scene, origins, directions, method=method, precision=precision, device=device)
 
 

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import sqrt
+from math import isfinite, sqrt
 from typing import Any, Literal
 
 import numpy as np
@@ -82,20 +82,21 @@ class Tried:
 
     @property
     def error(self) -> float:
-        """Picture pixels that 99 % of the rays land within."""
+        """Picture pixels that 99 % of the rays land within, unknown ones being infinitely far off."""
         return self.judgement.pixels.high.value
 
     @property
     def most_error(self) -> float:
         """Up to what `error` may be, by the sample."""
         bound = self.judgement.pixels.high.high
-        return self.judgement.pixels.largest if bound is None else bound
+        return max(self.judgement.pixels.largest, self.error) if bound is None else bound
 
     @property
     def is_eligible(self) -> bool:
-        """Whether so few rays end otherwise, by both comparisons, that its error says something."""
-        by_sample = self.judgement.differ.low
-        return self.differ <= MOST_DIFFER and (by_sample is None or by_sample <= MOST_DIFFER)
+        """Whether so few rays end otherwise or are unknown, by both comparisons, that its error says something."""
+        by_sample, unknown = self.judgement.differ.low, self.judgement.unknown_share.value
+        few_differ = self.differ <= MOST_DIFFER and (by_sample is None or by_sample <= MOST_DIFFER)
+        return few_differ and unknown <= MOST_DIFFER and isfinite(self.error)
 
     def ratio_bounds(self, other: Tried) -> tuple[float, float]:
         """Return between what its time over another's lies, by the rounds."""
@@ -206,7 +207,7 @@ def measure_front(
     Raises
     ------
     StudyError
-        If no ray meets a lens, so that there is nothing to judge.
+        If no ray meets a lens, so that there is nothing to judge; or nobody can tell where too many end.
     LensclError
         If python-flint is missing or broken.
     """
@@ -217,6 +218,7 @@ def measure_front(
     sample = Sample.of(reference)
     report(f"certifying {len(sample.pixels)} rays")
     truth = Truth.certified(best.of(scene), sample.pixels)
+    require_known(judge(reference, truth, sample.drawn, size), truth)
     whole = Truth.traced(reference)
 
     wanted = every_combination(scene, device)
@@ -256,9 +258,29 @@ def measure_front(
 
 
 def require_lens(raymap: RayMap) -> None:
-    """Raise where no ray of a map meets a lens."""
-    if not raymap.events.any():
-        raise StudyError(["film: no ray meets a lens, so no accuracy can be told; look at the film's place and size"])
+    """Raise where no ray of a map meets a lens, as far as is known."""
+    if raymap.events.any():
+        return
+    if undecided := int(np.count_nonzero(raymap.status == RayStatus.UNDECIDED)):
+        raise StudyError(
+            [
+                f"film: no ray is known to meet a lens and {undecided} are undecided, so no accuracy can be told; "
+                "write lens.surface without differences of large numbers, whose last digits are noise"
+            ]
+        )
+    raise StudyError(["film: no ray meets a lens, so no accuracy can be told; look at the film's place and size"])
+
+
+def require_known(judgement: Judgement, truth: Truth) -> None:
+    """Raise where nobody can tell the ends of so many rays that no way to trace them has an error."""
+    if judgement.unknown and not isfinite(judgement.pixels.high.value):
+        share = 100 * judgement.unknown_share.value
+        raise StudyError(
+            [
+                f"film: of {share:.3g} % of the rays through a lens nobody can tell where they end ({truth.doubt}), so "
+                "no accuracy can be told; move the film or the lens a little"
+            ]
+        )
 
 
 def coarser(scene: Scene, most: int = MOST_PIXELS) -> Scene:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator
+from math import isfinite
 from typing import Any
 
 from lenscl.accuracy.front import Front, Tried
@@ -47,6 +48,7 @@ def front_rows(front: Front) -> Iterator[dict[str, Any]]:
             "sampled": judgement.sampled,
             "compared": judgement.compared,
             "unknown": judgement.unknown,
+            **_estimate("unknown_share", judgement.unknown_share),
             **front.circumstances,
             "width": one.width,
             "rays": front.film[0] * front.film[1],
@@ -102,9 +104,10 @@ def circumstances(front: Front) -> list[str]:
         f"time    warm, median of {front.rounds} rounds in which all take turns, by the device's clock; 95 % bounds",
         f"error   99 % of the rays through a lens are within it, in pixels of a {front.picture[0]} x "
         f"{front.picture[1]} picture, 95 % bounds",
-        f"        against {judged.against} of {judged.sampled} rays ({sampled}); nobody can tell {judged.unknown}",
+        f"        against {judged.against} of {judged.sampled} rays ({sampled}); nobody can tell {judged.unknown}, "
+        f"{100 * judged.unknown_share.value:.2g} % of those through a lens, which count as infinitely far off",
         "place   front: faster than all that are as accurate, by more than noise; not eligible: more than "
-        f"{100 * MOST_DIFFER:g} % of the rays through a lens end otherwise",
+        f"{100 * MOST_DIFFER:g} % of the rays through a lens end otherwise or are unknown",
         f"program {front.program}, {front.made}",
     ]
 
@@ -114,4 +117,6 @@ def _told(one: Tried) -> str:
 
 
 def _estimate(name: str, estimate: Estimate) -> dict[str, float | None]:
-    return {name: estimate.value, f"{name}_low": estimate.low, f"{name}_high": estimate.high}
+    """Return a figure with its bounds; None for one that is not known, as where too many rays are not."""
+    figures = {name: estimate.value, f"{name}_low": estimate.low, f"{name}_high": estimate.high}
+    return {key: figure if figure is not None and isfinite(figure) else None for key, figure in figures.items()}

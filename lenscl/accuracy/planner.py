@@ -6,14 +6,24 @@ checked again on the rays of the map itself.
 
 from __future__ import annotations
 
-from lenscl.accuracy.achieved import Achieved, check, wanted_of
+from collections.abc import Callable
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lenscl.accuracy.achieved import Achieved, best_of, check, check_paths, unreachable, wanted_of, worst_of
 from lenscl.accuracy.calibration import CalibrationCache
 from lenscl.accuracy.combination import Combination
+from lenscl.accuracy.judgement import MOST_DIFFER
 from lenscl.accuracy.planning import Plan, Planning
 from lenscl.config import Scene
 from lenscl.device import Device
 from lenscl.errors import StudyError
-from lenscl.tracing import RayMap, complete, trace
+from lenscl.tracing import RayMap, RayPaths, checked_rays, complete, trace, trace_rays
+
+Array = NDArray[np.float64]
+_Traced = TypeVar("_Traced", RayMap, RayPaths)
 
 _MOST_PLANS = 256  # kept by a planner
 
@@ -31,6 +41,7 @@ class Planner:
     def __init__(self, device: Device, cache: CalibrationCache | None = None) -> None:
         self._device, self._cache = device, cache or CalibrationCache()
         self._plans: dict[tuple[Scene, tuple[int, int] | None, frozenset[Combination]], Plan | StudyError] = {}
+        self._planning: tuple[tuple[Scene, tuple[int, int] | None], Planning] | None = None
 
     def trace(
         self, scene: Scene, *, size: tuple[int, int] | None = None, like: Scene | None = None
@@ -65,12 +76,52 @@ class Planner:
             else:
                 if achieved.is_met:
                     return complete(raymap), achieved
-        failed: frozenset[Combination] = frozenset()
-        while True:  # each turn leaves out one combination more, until none is left to plan with
-            raymap, achieved = self._traced(scene, self.plan(scene, size, failed), size)
-            if achieved.is_met:
-                return complete(raymap), achieved
-            failed |= {achieved.combination}  # what was enough on the plan's film is not on this one
+        raymap, achieved = self._best(scene, size, lambda plan: self._traced(scene, plan, size))
+        return complete(raymap), achieved
+
+    def trace_rays(self, scene: Scene, origins: ArrayLike, directions: ArrayLike) -> tuple[RayPaths, Achieved | None]:
+        """Trace given rays as accurately as their scene asks; of these rays, the wish holds as it does of a film's.
+
+        Parameters
+        ----------
+        scene : Scene
+            As for `trace`. The cheapest way that is accurate enough on its own film is tried first.
+        origins, directions : array_like, shape (N, 3)
+            As for `lenscl.trace_rays`.
+
+        Raises
+        ------
+        StudyError, LensclError
+            As for `trace`.
+        """
+        if scene.numerics.accuracy is None:
+            return trace_rays(scene, origins, directions, device=self._device), None
+        checked_rays(origins, directions)
+        points, vectors = np.asarray(origins, dtype=np.float64), np.asarray(directions, dtype=np.float64)
+        return self._best(scene, None, lambda plan: self._traced_rays(scene, plan, points, vectors))
+
+    def _best(
+        self,
+        scene: Scene,
+        size: tuple[int, int] | None,
+        traced: Callable[[Plan], tuple[_Traced, Achieved]],
+    ) -> tuple[_Traced, Achieved]:
+        """Trace by the cheapest plan whose rays fulfil the wish themselves."""
+        failed: list[Achieved] = []
+        try:
+            while True:  # each turn leaves out one combination more, until none is left to plan with
+                found, achieved = traced(self.plan(scene, size, frozenset(each.combination for each in failed)))
+                if achieved.is_met:
+                    return found, achieved
+                failed.append(achieved)  # what was enough on the plan's film is not on this one
+                if achieved.unknown_share > MOST_DIFFER:
+                    raise unreachable(achieved)  # no other way to trace makes more known
+        except StudyError:
+            if not failed:
+                raise
+            raise unreachable(best_of(failed)) from None  # these rays say more than those of the plan's film
+        finally:
+            self._planning = None  # its maps are large
 
     def plan(
         self, scene: Scene, size: tuple[int, int] | None = None, without: frozenset[Combination] = frozenset()
@@ -82,7 +133,7 @@ class Planner:
             if len(self._plans) >= _MOST_PLANS:
                 self._plans.clear()
             try:
-                self._plans[key] = Planning(scene, size, self._device, self._cache, without).plan()
+                self._plans[key] = self._planning_of(scene, size, without).plan()
             except StudyError as error:  # that a wish cannot be reached is not found out twice, either
                 self._plans[key] = error
         found = self._plans[key]
@@ -90,7 +141,18 @@ class Planner:
             raise found
         return found
 
+    def _planning_of(self, scene: Scene, size: tuple[int, int] | None, without: frozenset[Combination]) -> Planning:
+        """Return what plans for a scene; the last one is kept, for a plan may be asked for again without some."""
+        if self._planning is None or self._planning[0] != (scene, size):
+            self._planning = None  # let go of its maps before others are made
+            self._planning = (scene, size), Planning(scene, size, self._device, self._cache)
+        self._planning[1].without = without
+        return self._planning[1]
+
     def _traced(self, scene: Scene, plan: Plan, size: tuple[int, int] | None) -> tuple[RayMap, Achieved]:
         raymap = trace(plan.combination.of(scene), device=self._device)
-        checks = [check(layer, wanted_of(scene), plan.combination, size) for layer in raymap.layers()]
-        return raymap, max(checks, key=lambda each: (not each.is_met, each.error, each.differ))
+        return raymap, worst_of(check(layer, wanted_of(scene), plan.combination, size) for layer in raymap.layers())
+
+    def _traced_rays(self, scene: Scene, plan: Plan, points: Array, vectors: Array) -> tuple[RayPaths, Achieved]:
+        paths = trace_rays(plan.combination.of(scene), points, vectors, device=self._device)
+        return paths, check_paths(paths, points, vectors, wanted_of(scene), plan.combination)

@@ -2,7 +2,7 @@
 
 The plan is made on the part of the film that shows lenses, or on one of at most 2^18 pixels in its place: every ray
 of it is traced in double precision with a bound on its error, and combinations are tried against that, the cheapest
-first. Where the bounds are too wide for the wish, certified answers take their place.
+first. Where bounds are missing, or too wide for the wish, certified answers take their place.
 """
 
 from __future__ import annotations
@@ -12,31 +12,33 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lenscl.accuracy.achieved import (
     CERTIFIED_RAYS,
     Achieved,
     achieved_by,
+    best_of,
     is_too_wide,
     unreachable,
     wanted_of,
     with_certified_error,
 )
-from lenscl.accuracy.calibration import Calibration, CalibrationCache, best_times, key_of
+from lenscl.accuracy.calibration import Calibration, CalibrationCache, best_times, key_of, ns_of
 from lenscl.accuracy.combination import MARCH, Combination, precisions_of, serving
+from lenscl.accuracy.effort import affordable
+from lenscl.accuracy.evidence import FEW_PROVED, Evidence, FilmRays, gathered
 from lenscl.accuracy.front import coarser
 from lenscl.accuracy.judgement import MOST_DIFFER, judge
-from lenscl.accuracy.sample import Sample
-from lenscl.accuracy.truth import CERTIFIED, Truth
+from lenscl.accuracy.truth import CERTIFIED
 from lenscl.codegen import Precision
 from lenscl.config import Scene
 from lenscl.device import Device
 from lenscl.errors import LensclError, TraceError
+from lenscl.status import RayStatus
 from lenscl.tracing import Placement, RayMap, trace
 
 _PIXELS = (2**13, 2**18)  # of the film that a plan is made on
-_SECONDS = 2.0  # that tracing it with error bounds may take
-_BOUNDED_TRACES = 5  # of every ray, for its bound
 _MARGIN = 0.9  # of the wish, where a plan is made on another film: its 99 % quantile is another, by a few per cent
 _MARGIN_OF_MARCH = 0.8  # the same of the share that may end otherwise: a march's steps would take all there is
 _NEAR = 1.6  # times the best: within so much, combinations are timed again on the scene itself
@@ -70,9 +72,8 @@ class Planning:
         size: tuple[int, int] | None,
         device: Device,
         cache: CalibrationCache,
-        without: frozenset[Combination],
     ) -> None:
-        self.without = without
+        self.without: frozenset[Combination] = frozenset()  # left out of a plan
         self.wanted, self.size, self.device, self.cache = wanted_of(scene), size, device, cache
         if not device.has_double:
             raise TraceError(
@@ -82,12 +83,17 @@ class Planning:
         self.best = Combination(method="auto")
         self.scene, self.is_itself = self._lens_film(scene)
         self.reference = trace(self.best.of(self.scene), device=device)
-        self.truth = Truth.bounded(self.best.of(self.scene), np.arange(self.reference.status.size), device)
+        looked = FilmRays(self.reference)
+        self.evidence = gathered(looked, np.arange(self.reference.status.size), None, FEW_PROVED)
         self.maps: dict[Combination, RayMap] = {self.best: self.reference}
 
     def plan(self) -> Plan:
         """Return the cheapest combination that is accurate enough."""
-        if not self.reference.events.any():  # nothing to judge others by, and nothing that could be off
+        truth = self.evidence.truth
+        if not self.reference.events.any() and not truth.events.any() and truth.is_known.all():
+            # Nothing to judge others by, and nothing that could be off
+            if self.best in self.without:
+                raise unreachable(self._judged(self.best))
             return Plan(achieved=self._judged(self.best), ns=best_times([self.best.of(self.scene)], self.device)[0])
         times = self._calibration()
         near: list[Achieved] = []
@@ -100,11 +106,11 @@ class Planning:
             if self._is_enough(seen[-1]):
                 near.append(seen[-1])
                 first = min(first, ns)
-        if not near and is_too_wide(self.truth, self.scene, self.wanted, self.size):
+        if not near and self._is_too_wide():
             seen = self._by_certified_answers(seen)
             near = [each for each in seen if self._is_enough(each)]
         if not near:
-            raise unreachable(min(seen, key=lambda each: (each.differ > MOST_DIFFER, each.error)))
+            raise unreachable(best_of(seen))
         near += [each for each in self._paraxial(near) if self._is_enough(each)]
         plan = self._fastest(near)
         return self._march(plan, times, {each.combination.precision for each in near})
@@ -118,13 +124,12 @@ class Planning:
         fewest, most = _PIXELS
         film, coarse = scene.film, coarser(scene, most)
         overview = trace(self.best.of(coarse), device=self.device)
-        if not overview.events.any() and coarse != scene:
+        if not _shows(overview).any() and coarse != scene:
             coarse, overview = scene, trace(self.best.of(scene), device=self.device)
-        rows, columns = np.nonzero(overview.events)
+        rows, columns = np.nonzero(_shows(overview))
         if not rows.size:
             return coarser(scene, fewest), False
-        ns = overview.trace_seconds / rows.size * 1e9  # of those that meet a lens; the others cost little
-        pixels = int(min(max(_SECONDS * 1e9 / (_BOUNDED_TRACES * ns), fewest), most))
+        pixels = affordable(scene, overview.escalated / rows.size, fewest, most)
         (top, bottom), (left, right) = ((int(each.min()), int(each.max()) + 1) for each in (rows, columns))
         part = (
             (top / coarse.film.rows, bottom / coarse.film.rows),
@@ -163,7 +168,19 @@ class Planning:
         return replace(march, step=float(f"{across / parts:.2g}"))
 
     def _judged(self, combination: Combination) -> Achieved:
-        return achieved_by(judge(self._map(combination), self.truth, None, self.size), self.wanted, combination)
+        return self._achieved(self._map(combination), combination)
+
+    def _achieved(self, raymap: RayMap, combination: Combination) -> Achieved:
+        """Return what a map of the plan's film achieves; of what ends otherwise the share that was seen."""
+        judgement = self.evidence.of(raymap, self.size)
+        achieved = achieved_by(judgement, self.wanted, combination, self.evidence)
+        return replace(achieved, differ=judgement.differ.value)
+
+    def _is_too_wide(self) -> bool:
+        """Whether certified answers say more: not of unknown rays, which were proved if they could be."""
+        truth = self.evidence.truth
+        known = judge(self.reference, truth).unknown_share.value <= MOST_DIFFER
+        return known and is_too_wide(truth, self.scene, self.wanted, self.size)
 
     def _map(self, combination: Combination) -> RayMap:
         if combination not in self.maps:
@@ -198,10 +215,11 @@ class Planning:
     def _by_certified_answers(self, seen: list[Achieved]) -> list[Achieved]:
         """Judge again, of what the error bounds were too wide for, what may be accurate to the last digits."""
         exact = [each for each in seen if each.combination.precision != "single"]
-        sample = Sample.of(self.reference, CERTIFIED_RAYS)
-        truth = Truth.certified(self.scene, sample.pixels)
+        looked = FilmRays(self.reference)
+        some, drawn = looked.sample(CERTIFIED_RAYS)
+        certified = Evidence(truth=looked.certified(some), drawn=drawn, unbounded=self.evidence.unbounded)
         return [
-            with_certified_error(each, judge(self._map(each.combination), truth, sample.drawn, self.size))
+            with_certified_error(each, certified.of(self._map(each.combination), self.size), certified.truth)
             for each in exact or seen
         ]
 
@@ -251,9 +269,13 @@ class Planning:
     def _marched(self, march: Combination, ns: float) -> Achieved | None:
         """Return what a march achieves, None where it takes more nanoseconds a ray."""
         seen = trace(march.of(self.scene), device=self.device)
-        if seen.trace_seconds * 1e9 > ns * seen.status.size:
-            return None
-        return achieved_by(judge(seen, self.truth, None, self.size), self.wanted, march)
+        return None if ns_of(seen) > ns else self._achieved(seen, march)
+
+
+def _shows(raymap: RayMap) -> NDArray[np.bool_]:
+    """Return which rays meet a lens, or may."""
+    shows: NDArray[np.bool_] = (raymap.events > 0) | (raymap.status == RayStatus.UNDECIDED)
+    return shows
 
 
 def _part(scene: Scene, down: tuple[float, float], across: tuple[float, float], shape: tuple[int, int]) -> Scene:

@@ -13,7 +13,7 @@ from lenscl.cli.group import json_option, many, plain
 from lenscl.cli.table import print_table, share
 
 if TYPE_CHECKING:
-    from lenscl.accuracy.bench import Comparison, Measurement, Run
+    from lenscl.accuracy.bench import Comparison, Error, Measurement, Run
 
 _LEAST_ROUNDS, _USUAL_ROUNDS = 3, 9
 _NAMES = 3  # columns that name a row
@@ -98,7 +98,7 @@ def bench(
 def _print_run(run: Run) -> None:
     head = (
         "scene", "method", "precision", "ns/ray", "median", "slots/ray", "steps", "x reference", "x march",
-        "error median", "99 %", "largest", "floor", "differ", "undecided", "escalated",
+        "error median", "99 %", "largest", "floor", "unknown", "differ", "undecided", "escalated",
     )  # fmt: skip
     print_table(head, [_cells(each, run.march_of(each)) for each in run.measurements], _NAMES)
     click.echo()
@@ -120,9 +120,19 @@ def _cells(row: Measurement, march: Measurement | None) -> list[str]:
         f"{row.steps:.1f}",
         f"{row.ratio:.3f} ({low:.3f}-{high:.3f})",
         "-" if march is None else f"{row.ratio / march.ratio:.3f}",
-        *(f"{each:.1e}" for each in (error.pixels.median, error.pixels.high, error.pixels.largest, error.floor)),
-        *(share(each) for each in (error.differ, row.undecided, row.escalated)),
+        *(_pixels(error, each) for each in (error.pixels.median, error.pixels.high, error.pixels.largest)),
+        f"{error.floor:.1e}",
+        *(share(each) for each in (error.unknown, error.differ, row.undecided, row.escalated)),
     ]
+
+
+def _high(error: Error) -> float | None:
+    return error.pixels.high if error.compared else None
+
+
+def _pixels(error: Error, value: float) -> str:
+    """Return a figure of an error; a question mark where no ray was compared."""
+    return f"{value:.1e}" if error.compared else "?"
 
 
 def _circumstances(run: Run) -> list[str]:
@@ -146,6 +156,7 @@ def _circumstances(run: Run) -> list[str]:
         f"error      picture pixels, against {against}; median, 99 % and largest of rays through the lens:",
         "           " + ", ".join(f"{count} of {name}" for name, count in lens_rays.items()),
         "floor      99 % of what changing the last bit of a ray's direction does; errors below it say nothing",
+        "unknown    share of these that are undecided, there or here: no error is of them",
         "differ     share of these that end otherwise than they should; undecided, escalated: of all rays",
         f"program    {run.program}",
     ]
@@ -166,7 +177,7 @@ def _print_comparison(comparison: Comparison) -> None:
                 *("-" if each is None else f"{each:.3f}" for each in times),
                 change.verdict,
                 "same" if change.is_same_kernel else "changed",
-                *(f"{each.error.pixels.high:.1e}" for each in (after, before)),
+                *(_pixels(each.error, each.error.pixels.high) for each in (after, before)),
                 *(share(each.undecided) for each in (after, before)),
             ]
         )
@@ -208,7 +219,7 @@ def _document(run: Run, base: str | None, comparison: Comparison | None) -> dict
             "high": each.high,
             "obstacles": list(each.obstacles),
             "is_same_kernel": each.is_same_kernel,
-            "error_high_pixels": {"before": each.before.error.pixels.high, "after": each.after.error.pixels.high},
+            "error_high_pixels": {"before": _high(each.before.error), "after": _high(each.after.error)},
             "undecided": {"before": each.before.undecided, "after": each.after.undecided},
         }
         for each in comparison.changes

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -71,7 +72,9 @@ def pareto(study_path: Path, out: Path | None, overrides: tuple[str, ...], round
         click.echo(json.dumps({"rows": list(front_rows(front)), "sentence": front_sentence(front, wanted)}, indent=2))
     else:
         _print_front(front)
-        click.echo("\n* the front; ~ on it but for the noise; - not eligible, for too many rays end otherwise\n")
+        click.echo(
+            "\n* the front; ~ on it but for the noise; - not eligible, for too many rays end otherwise or are unknown\n"
+        )
         for line in [*front_sentence(front, wanted).split("; "), "", *circumstances(front)]:
             click.echo(plain(line))
     _write(folder, front, wanted)
@@ -104,7 +107,7 @@ def _write(folder: Path, front: Front, wanted: Accuracy | None) -> None:
 def _print_front(front: Front) -> None:
     head = (
         "", "combination", "searches", "ns/ray", "from", "to", "error 99 %, px", "from", "to", "median", "largest",
-        "scene units", "differ", "colours", "escalated",
+        "scene units", "unknown", "differ", "colours", "escalated",
     )  # fmt: skip
     print_table(head, [_cells(front, each) for each in front.tried], _NAMES)
 
@@ -116,8 +119,12 @@ def _cells(front: Front, one: Tried) -> list[str]:
         str(one.combination),
         "+".join(dict.fromkeys(one.searches)),
         *(f"{each:.1f}" for each in (one.time, *one.time_bounds)),
-        *("?" if each is None else f"{each:.1e}" for each in (high.value, high.low, high.high)),
-        *(f"{each:.1e}" for each in (judgement.pixels.median.value, judgement.pixels.largest)),
-        f"{judgement.units.high.value:.1e}",
-        *(share(each) for each in (one.differ, judgement.colours.value, one.escalated)),
+        *map(_error, (high.value, high.low, high.high, judgement.pixels.median.value, judgement.pixels.largest)),
+        _error(judgement.units.high.value),
+        *(share(each) for each in (judgement.unknown_share.value, one.differ, judgement.colours.value, one.escalated)),
     ]
+
+
+def _error(value: float | None) -> str:
+    """Return an error; a question mark for one that is not known."""
+    return "?" if value is None or not isfinite(value) else f"{value:.1e}"

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +36,7 @@ _ShakeOfRay = Callable[[int], tuple[Sequence[float], Sequence[float]]]
 
 RADIUS = 1e-20  # picture coordinates; a hundred thousandth of the last bit of a double
 MOST_BITS = 2048
+TOO_LONG = "certified answers of so many rays would take too long"
 _FIRST_BITS = 128
 _FARTHEST = 10**30  # |s| or |t| beyond are BEHIND
 _NORMAL = 2.0**-20  # a unit normal that is known less well is that of an edge, where both sides' are enclosed
@@ -59,6 +60,8 @@ class Proof:
         That it took.
     reason : str
         Why the ray is undecidable; else empty.
+    looks : int
+        At F along the ray that it took, all numbers of bits together: a measure of time that no clock tells.
     """
 
     status: RayStatus | None
@@ -67,6 +70,7 @@ class Proof:
     radius: float
     bits: int
     reason: str = ""
+    looks: int = 0
 
     def distance(self, s: float, t: float) -> float:
         """Return an upper bound on how far computed coordinates are from the exact ones, the larger of the two."""
@@ -83,10 +87,11 @@ def prove_pixels(
     radius: float = RADIUS,
     most_bits: int = MOST_BITS,
     shake: Shake | None = None,
+    most_looks: int | None = None,
 ) -> list[Proof]:
     """Prove the rays of film pixels, numbered row by row, through their exact centres; see `prove_rays`."""
     rows = [divmod(int(pixel), scene.film.columns) for pixel in pixels]
-    return [_proof(scene, _film_ray, row, radius, most_bits, _of_ray(shake, number)) for number, row in enumerate(rows)]
+    return _proofs(scene, _film_ray, rows, radius, most_bits, shake, most_looks)
 
 
 def prove_rays(
@@ -96,6 +101,7 @@ def prove_rays(
     radius: float = RADIUS,
     most_bits: int = MOST_BITS,
     shake: Shake | None = None,
+    most_looks: int | None = None,
 ) -> list[Proof]:
     """Prove where rays land.
 
@@ -131,9 +137,27 @@ def prove_rays(
                 raise LensclError(f"{name}[{number}]: expected three finite numbers, got {list(numbers)}")
         if not any(direction):
             raise LensclError(f"directions[{number}]: a direction must not be zero")
-    return [
-        _proof(scene, _given_ray, ray, radius, most_bits, _of_ray(shake, number)) for number, ray in enumerate(rays)
-    ]
+    return _proofs(scene, _given_ray, rays, radius, most_bits, shake, most_looks)
+
+
+def _proofs(
+    scene: Scene,
+    ray: Any,
+    rays: Sequence[Any],
+    radius: float,
+    most_bits: int,
+    shake: Shake | None,
+    most_looks: int | None,
+) -> list[Proof]:
+    proofs: list[Proof] = []
+    left = math.inf if most_looks is None else most_looks
+    for number, which in enumerate(rays):
+        if left > 0:
+            proofs.append(_proof(scene, ray, which, radius, most_bits, _of_ray(shake, number), left))
+            left -= proofs[-1].looks
+        else:
+            proofs.append(Proof(status=None, events=0, st=None, radius=0.0, bits=0, reason=TOO_LONG))
+    return proofs
 
 
 def _of_ray(shake: Shake | None, ray: int) -> _ShakeOfRay | None:
@@ -147,9 +171,10 @@ def _proof(
     radius: float,
     most_bits: int,
     shake: _ShakeOfRay | None,
+    most_looks: float,
 ) -> Proof:
     ctx = python_flint().ctx
-    bits = _FIRST_BITS
+    bits, looks = _FIRST_BITS, 0
     while True:
         with ctx.workprec(bits):
             path = _Path(scene, bits, shake)
@@ -158,8 +183,9 @@ def _proof(
                 proof = path.followed()
             except UndecidableError as doubt:
                 proof = path.doubtful(str(doubt))
-        if (proof.status is not None and proof.radius <= radius) or bits >= most_bits:
-            return proof
+        looks += sum(lens.looks for lens in path.lenses)
+        if (proof.status is not None and proof.radius <= radius) or bits >= most_bits or looks >= most_looks:
+            return replace(proof, looks=looks)
         bits *= 2
 
 

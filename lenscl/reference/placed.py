@@ -29,6 +29,7 @@ class Placed:
         self.expression = lens.surface.expression
         self.values = {name: Jet(arb(value), (arb(0),) * 3) for name, value in lens.values.items()}
         self.along = {name: Jet(arb(value), (arb(0),)) for name, value in lens.values.items()}
+        self.looks = 0  # at F along rays, so far: what an answer costs
         self.centre, self.stretch = vector(lens.centre), vector(lens.stretch)
         self.turns = [_turn(axis, degrees) for axis, degrees in enumerate(lens.rotate)]
         margin = _BOX_MARGIN if lens.surface.promised is None else 0.0
@@ -84,6 +85,7 @@ class Placed:
         start = o if departs or inside else plus(o, times(begin, d))
 
         def along(t: arb) -> Jet:
+            self.looks += 1
             ray = {name: Jet(a + t * b, (b,)) for name, a, b in zip("xyz", start, d, strict=True)}
             return jet(self.expression, {**self.along, **ray})
 

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from math import floor, log10
+from math import floor, isfinite, log10
 from pathlib import Path
 from textwrap import wrap
 from typing import Any
@@ -66,6 +66,7 @@ def write_front_picture(path: Path, front: Front, wanted: Accuracy | None = None
     import matplotlib.ticker
     from matplotlib.figure import Figure
 
+    front = _drawable(front)
     axes, labels = _axes(front), _labels(front)
     dots = 100
     figure = Figure(figsize=(_WIDTH / dots, _HEIGHT / dots), dpi=dots, facecolor="white")
@@ -126,6 +127,7 @@ def write_front_page(path: Path, front: Front, wanted: Accuracy | None = None) -
     require_plotting()
     import plotly.graph_objects as go
 
+    front = _drawable(front)
     axes, labels = _axes(front), _labels(front)
     figure = go.Figure()
     x, y = zip(*_step_line(front, axes), strict=True)
@@ -203,6 +205,14 @@ def _look(front: Front, one: Tried) -> _Look:
     )
 
 
+def _drawable(front: Front) -> Front:
+    """Return a front without what has no known error, for too many of its rays are unknown; such has no place on it."""
+    some = tuple(each for each in front.tried if isfinite(each.error))
+    if not some:
+        raise LensclError(f"{front.title}: no combination has a known error, so there is nothing to draw")
+    return replace(front, tried=some)
+
+
 def _axes(front: Front) -> _Axes:
     times = [each.time for each in front.tried]  # a disturbed round's bar may stick out
     errors = [_drawn(each.error) for each in front.tried]
@@ -266,7 +276,8 @@ def _hover(front: Front, one: Tried) -> str:
             f"{one.time:.3g} ns a ray ({low:.3g}-{high:.3g})",
             f"99 % within {pixels.high.value:.2g} px, {units.high.value:.2g} scene units",
             f"median {pixels.median.value:.2g} px, largest {pixels.largest:.2g} px",
-            f"{100 * one.differ:.2g} % end otherwise, {100 * one.escalated:.2g} % escalated",
+            f"{100 * one.judgement.unknown_share.value:.2g} % unknown, {100 * one.differ:.2g} % end otherwise, "
+            f"{100 * one.escalated:.2g} % escalated",
             f"place: {front.places[one.combination]}",
         ]
     )

@@ -27,7 +27,7 @@ from lenscl.errors import StudyError
 from lenscl.lenses import catalogue
 from lenscl.tracing import RayMap, trace
 
-COSTS = {"single": 1e6, "mixed": 1.5e6, "double": 2e6}  # ns: whatever is really timed beside them is less
+COSTS = {"single": 1e6, "mixed": 1.5e6, "double": 2e6}  # ns a ray
 FACTORS = {"polynomial": 1.0, "guarded": 1.1, "interval": 1.5, "auto": 1.0}
 STEPS = 0.4  # a march costs so much a step through the lens, times the precision's cost
 FILM = {"size": [96, 96]}
@@ -51,6 +51,7 @@ def times(monkeypatch: pytest.MonkeyPatch) -> list[Scene]:
         return [made_up(scene) for scene in scenes]
 
     monkeypatch.setattr("lenscl.accuracy.planning.best_times", best_times)
+    monkeypatch.setattr("lenscl.accuracy.planning.ns_of", lambda raymap: made_up(raymap.scene))
     return timed
 
 
@@ -314,6 +315,8 @@ def test_a_large_map_is_judged_by_upper_bounds_of_a_sample() -> None:
     every = judge(raymap, Truth.bounded(scene, np.arange(raymap.status.size), raymap.device))
     achieved = check(raymap, wanted, combination, None)
     assert achieved.rays > 10_000
+    for seconds in (1e-9, 1e9):  # a quick and a slow day
+        assert check(replace(raymap, trace_seconds=seconds), wanted, combination, None) == achieved
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("lenscl.accuracy.achieved._CHECKED", (2048, 2048))
         sampled = check(raymap, wanted, combination, None)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
+from patience import PATIENCE
 
 from lenscl.cli import main
 
@@ -74,7 +75,7 @@ def command() -> Callable[..., list[str]]:
 @pytest.fixture(scope="session")
 def finish() -> Callable[[Sequence[str]], subprocess.CompletedProcess[str]]:
     """Run a process to its end."""
-    return lambda line: subprocess.run(line, capture_output=True, text=True, timeout=300)
+    return lambda line: subprocess.run(line, capture_output=True, text=True, timeout=PATIENCE)
 
 
 @pytest.fixture(scope="session")

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE
 
 FAULTS = {
     "a library is missing": (
@@ -45,7 +46,11 @@ def broken(command: Callable[..., list[str]], tmp_path: Path) -> Broken:
 
     def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
-            command(*arguments), capture_output=True, text=True, timeout=300, env={**os.environ, "PYTHONPATH": path}
+            command(*arguments),
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+            env={**os.environ, "PYTHONPATH": path},
         )
 
     return run

@@ -7,6 +7,7 @@ import sys
 
 import click
 import pytest
+from patience import PATIENCE
 
 from lenscl.cli import main
 
@@ -58,7 +59,7 @@ def test_help_and_version_import_nothing_heavy() -> None:
     )
     heavy = ("numpy", "pyopencl", "OpenImageIO", "pydantic", "rich", "sqlite3", "lenscl.config", "lenscl.sweep")
     for flag in ("--help", "--version"):
-        done = subprocess.run([sys.executable, "-c", probe, flag], capture_output=True, text=True, timeout=60)
+        done = subprocess.run([sys.executable, "-c", probe, flag], capture_output=True, text=True, timeout=PATIENCE)
         loaded = done.stderr.split()
         assert "lenscl.cli.sweep" in loaded
         assert [name for name in heavy if name in loaded] == []

@@ -5,6 +5,7 @@ import os
 import subprocess
 
 import pytest
+from patience import PATIENCE
 
 from lenscl.cli import health
 
@@ -12,7 +13,7 @@ from lenscl.cli import health
 def run_doctor(command, faults: str = "", **environment: str) -> tuple[int, list[dict[str, str]]]:
     done = subprocess.run(
         command("doctor", "--json", faults=faults),
-        capture_output=True, text=True, timeout=600, env={**os.environ, **environment},
+        capture_output=True, text=True, timeout=PATIENCE, env={**os.environ, **environment},
     )  # fmt: skip
     assert "Traceback" not in done.stderr, done.stderr
     return done.returncode, json.loads(done.stdout)

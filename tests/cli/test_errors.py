@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE
 
 
 def test_every_problem_of_a_study_is_a_line_of_its_own_led_by_its_key(lenscl, study_path: Path) -> None:
@@ -52,7 +53,7 @@ def test_no_device_is_exit_code_4_and_says_how_to_get_one(command, study_path: P
             command(*arguments),
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=PATIENCE,
             env={**os.environ, "LENSCL_DEVICE": "abacus"},
         )
         assert done.returncode == 4, done.stderr
@@ -93,7 +94,7 @@ def test_a_reader_that_stops_early_is_no_error_message(command, name: str) -> No
     os.close(read)
     done = subprocess.Popen(command(name), stdout=write, stderr=subprocess.PIPE, text=True)
     os.close(write)
-    _, complaint = done.communicate(timeout=120)
+    _, complaint = done.communicate(timeout=PATIENCE)
     assert complaint == ""
     assert done.returncode == 1
 
@@ -112,6 +113,8 @@ def test_a_closed_pipe_ends_a_sweep_quietly_with_its_work_noted(command, finish,
 
 
 def test_modules_are_run_by_name_too() -> None:
-    done = subprocess.run([sys.executable, "-m", "lenscl", "--version"], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-m", "lenscl", "--version"], capture_output=True, text=True, timeout=PATIENCE
+    )
     assert done.stdout.startswith("lenscl ")
     assert done.stderr == ""

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from patience import PATIENCE
 
 from lenscl.cli.group import plain
 from lenscl.imaging import write_image
@@ -21,7 +22,7 @@ from lenscl.imaging import write_image
 def test_output_that_cannot_be_written_is_one_line(command, study_path: Path, arguments: tuple[str, ...]) -> None:
     line = command(*(study_path if part == "STUDY" else part for part in arguments))
     with Path("/dev/full").open("w") as full:
-        done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, timeout=120)
+        done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, timeout=PATIENCE)
     assert done.returncode == 1
     assert done.stderr.count("Error: No space left on device") == 1
     assert "Traceback" not in done.stderr
@@ -31,7 +32,7 @@ def test_output_that_cannot_be_written_is_one_line(command, study_path: Path, ar
 def test_a_current_folder_that_is_gone_is_told_of(command, study_path: Path, tmp_path: Path) -> None:
     (tmp_path / "gone").mkdir()
     line = ["sh", "-c", f'cd {tmp_path}/gone && rmdir ../gone && exec "$@"', "sh", *command("sweep", study_path)]
-    done = subprocess.run(line, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(line, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 1, done.stderr
     assert "Traceback" not in done.stderr
     assert "Error: " in done.stderr
@@ -108,11 +109,11 @@ def test_an_interrupted_new_leaves_nothing(command, tmp_path: Path, is_there: bo
         "    return drawn(name, size)\n"
         "lenscl.imaging.draw = interrupted"
     )
-    done = subprocess.run(command("new", folder, faults=faults), capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command("new", folder, faults=faults), capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode in (130, -signal.SIGINT)
     assert [path.name for path in tmp_path.iterdir()] == (["hello"] if is_there else [])
     assert not is_there or not list(folder.iterdir())
-    assert subprocess.run(command("new", folder, faults=small), capture_output=True, timeout=120).returncode == 0
+    assert subprocess.run(command("new", folder, faults=small), capture_output=True, timeout=PATIENCE).returncode == 0
     assert sorted(path.name for path in folder.iterdir()) == ["pictures", "study.toml"]
 
 

@@ -12,19 +12,34 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE
 
 from lenscl.sweep.lock import folder_lock
 
 IMAGES = 9 * 2  # points times pictures of the starter study as the fixture leaves it
 
-SLOW_WRITES = """
+ENDLESS_WRITES = """
 import sys
 import time
 import lenscl.sweep.runner as runner
-real = runner.write_image
 def write_image(*arguments, **options):
     print("writing", file=sys.stderr, flush=True)
-    time.sleep({seconds})
+    while True:
+        time.sleep(3600)
+runner.write_image = write_image
+"""
+
+# All writes but the first ones wait until a file appears
+HELD_WRITES = """
+import itertools
+import time
+from pathlib import Path
+import lenscl.sweep.runner as runner
+real, count = runner.write_image, itertools.count(1)
+def write_image(*arguments, **options):
+    held = next(count) > {free}
+    while held and not Path({gate!r}).exists():
+        time.sleep(0.01)
     real(*arguments, **options)
 runner.write_image = write_image
 """
@@ -61,19 +76,26 @@ def read_rows(process: subprocess.Popen[str], rows: int) -> None:
         assert process.stdout.readline()
 
 
-def wait_for(word: str, process: subprocess.Popen[str]) -> None:
+def wait_for(word: str, process: subprocess.Popen[str]) -> str:
+    """Read complaints until one has a word; all that were read."""
+    read = ""
     for line in process.stderr:
+        read += line
         if word in line:
-            return
+            return read
     pytest.fail(f"it ended without saying {word!r}")
 
 
 def kill_and_resume(study_path: Path, command, finish, outputs, kills: list[int]) -> tuple[dict[str, bytes], list[int]]:
-    """Kill a sweep after so many rows of each run, then let one finish; return its images, and how many each left."""
+    """Kill a sweep after so many rows of each run, then let one finish; return its images, and how many each left.
+
+    No run writes more images than it is to leave, however late it is killed.
+    """
     out = study_path.parent / "killed"
-    found = []
+    found: list[int] = []
     for rows in kills:
-        with start(command("sweep", study_path, "-o", out, faults=SLOW_WRITES.format(seconds=0.02))) as process:
+        held = HELD_WRITES.format(free=rows - (found[-1] if found else 0), gate=str(out / "never"))
+        with start(command("sweep", study_path, "-o", out, faults=held)) as process:
             read_rows(process, rows)
             process.kill()
         assert process.returncode == -signal.SIGKILL
@@ -91,8 +113,7 @@ def test_a_sweep_killed_twice_ends_with_the_bytes_of_an_undisturbed_one(
 ) -> None:
     made, found = kill_and_resume(study_path, command, finish, outputs, [2, 9])
     assert made == undisturbed
-    assert found[0] >= 2
-    assert found[1] >= 9
+    assert found == [2, 9]
 
 
 @pytest.mark.slow
@@ -102,7 +123,7 @@ def test_a_sweep_killed_ten_times_ends_with_the_bytes_of_an_undisturbed_one(
     rows = sorted(random.Random(11).randrange(IMAGES - 1) for _ in range(10))
     made, found = kill_and_resume(study_path, command, finish, outputs, rows)
     assert made == undisturbed
-    assert all(number >= least for number, least in zip(found, rows, strict=True))
+    assert found == rows
 
 
 @pytest.mark.parametrize("before", ["pass", "real(source, target)"], ids=["before the rename", "after it"])
@@ -125,11 +146,15 @@ def test_the_first_ctrl_c_finishes_what_is_on_its_way_and_says_how_to_go_on(
     study_path: Path, command, finish, outputs, undisturbed: dict[str, bytes]
 ) -> None:
     out = study_path.parent / "interrupted"
-    with start(command("sweep", study_path, "-o", out, faults=SLOW_WRITES.format(seconds=0.05))) as process:
+    gate = study_path.parent / "gate"
+    with start(command("sweep", study_path, "-o", out, faults=HELD_WRITES.format(free=3, gate=str(gate)))) as process:
         read_rows(process, 3)
         process.send_signal(signal.SIGINT)
-        rest, complaint = process.stdout.read(), process.stderr.read()  # communicate() would lose what readline() holds
-        process.wait(timeout=120)
+        complaint = wait_for("Stopping", process)
+        gate.touch()  # the writes on their way go on when they are known to be the last
+        rest = process.stdout.read()  # communicate() would lose what readline() holds
+        complaint += process.stderr.read()
+        process.wait(timeout=PATIENCE)
     assert process.returncode == 130, complaint
     assert "run the same command again" in complaint
     assert "Traceback" not in complaint
@@ -145,13 +170,13 @@ def test_the_first_ctrl_c_finishes_what_is_on_its_way_and_says_how_to_go_on(
 
 def test_the_second_ctrl_c_quits_at_once(study_path: Path, command) -> None:
     out = study_path.parent / "interrupted"
-    with start(command("sweep", study_path, "-o", out, faults=SLOW_WRITES.format(seconds=3600))) as process:
+    with start(command("sweep", study_path, "-o", out, faults=ENDLESS_WRITES)) as process:
         wait_for("writing", process)
         process.send_signal(signal.SIGINT)
         wait_for("Stopping", process)
         assert process.poll() is None  # it waits for the writes on their way
         process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=120) == 130
+        assert process.wait(timeout=PATIENCE) == 130
         process.stderr.close()
 
 

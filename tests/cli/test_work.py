@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO
 import pytest
+from patience import PATIENCE
 
 from lenscl import accuracy
 from lenscl.accuracy import Failure, SelfCheck
@@ -139,7 +140,7 @@ def test_a_bar_is_drawn_on_a_terminal_only(command, study_path: Path) -> None:
     assert process.returncode == 0
     assert b"18/18" in b"".join(pieces)
     assert len(table(rows)) == 18
-    assert "18/18" not in subprocess.run(line, capture_output=True, text=True, timeout=300).stderr
+    assert "18/18" not in subprocess.run(line, capture_output=True, text=True, timeout=PATIENCE).stderr
 
 
 def test_a_study_without_pictures_is_sent_to_map_or_to_i(lenscl, study_path: Path) -> None:

@@ -12,7 +12,7 @@ from scenes import make_scene
 
 from lenscl import RayStatus, compile_count, paint, trace
 from lenscl.config import Scene
-from lenscl.device import choose
+from lenscl.device import Program, choose
 from lenscl.imaging import mean, write_map
 from lenscl.imaging.encoding import linear_from_srgb, srgb_from_linear
 from lenscl.imaging.paint import Painter
@@ -59,9 +59,25 @@ def test_samples_are_the_rays_of_a_finer_film_and_the_map_stays_as_it_is(
         own = found.samples.added[name] if name in plain.added else getattr(found.samples, name)
         np.testing.assert_array_equal(own, blocks(getattr(fine, name), side))
     assert set(found.samples.added) == set(plain.added)
-    assert found.trace_seconds > plain.trace_seconds / 10
     assert found.escalated == plain.escalated + fine.escalated
     assert (fine.events > 0).sum() > 200
+
+
+def test_the_time_of_a_map_is_that_of_its_samples_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every launch is told to take a second for each of its work-items."""
+    run, launched = Program.run, []
+
+    def told(self: Program, name: str, items: int, arguments: Any) -> float:
+        run(self, name, items, arguments)
+        launched.append(items)
+        return float(items)
+
+    monkeypatch.setattr(Program, "run", told)
+    plain = trace(torus(1))
+    assert plain.trace_seconds == sum(launched) > 0
+    launched.clear()
+    found = trace(torus(3))
+    assert found.trace_seconds == sum(launched) > 5 * plain.trace_seconds
 
 
 def test_an_undecided_sample_is_traced_again_as_every_ray_is(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,12 +7,12 @@ import os
 import re
 import sqlite3
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from patience import PATIENCE
 
 from lenscl.accuracy import Failure, Planner, SelfCheck, planner
 from lenscl.config import load_study
@@ -237,27 +237,34 @@ def test_giving_up_the_iteration_notes_what_was_on_its_way(study_path: Path, out
 
 
 def test_images_on_their_way_are_few_however_slow_the_disk(study_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A write goes on when nothing more can be begun before it has ended."""
     begun, ended, most = [], [], []
-    lock = threading.Lock()
+    changed = threading.Condition()
     real_paint, real_write = runner.paint_as_told, runner.write_image
 
     def paints(*arguments):
-        with lock:
+        with changed:
             begun.append(1)
             most.append(len(begun) - len(ended))
+            changed.notify_all()
         return real_paint(*arguments)
 
+    def all_is_begun() -> bool:
+        return len(begun) == 12 or len(begun) - len(ended) > runner._IN_FLIGHT
+
     def writes(*arguments, **options):
-        time.sleep(0.02)
+        with changed:
+            assert changed.wait_for(all_is_begun, PATIENCE)
         real_write(*arguments, **options)
-        with lock:
+        with changed:
             ended.append(1)
+            changed.notify_all()
 
     monkeypatch.setattr(runner, "paint_as_told", paints)
     monkeypatch.setattr(runner, "write_image", writes)
-    sweep(study_path, study_path.parent / "out")
-    assert len(begun) == 12
-    assert 1 < max(most) <= runner._IN_FLIGHT + 1
+    rows = sweep(study_path, study_path.parent / "out")
+    assert [row.state for row in rows] == ["done"] * len(begun) == ["done"] * 12
+    assert max(most) == runner._IN_FLIGHT + 1 < 12
 
 
 def test_a_second_sweep_into_the_same_folder_is_refused_and_does_no_harm(study_path: Path, outputs: Outputs) -> None:

@@ -100,6 +100,7 @@ class Expected:
             pixels=_quantiles(_largest(apart, size)),
             coordinates=_quantiles(_largest(apart, (1, 1))),
             floor=self.floor,
+            unknown=float((~decided).sum() / max(int((lens | ~decided).sum()), 1)),
         )
 
 

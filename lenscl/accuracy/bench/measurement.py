@@ -36,12 +36,15 @@ class Error:
     differ : float
         Share of the sampled that end otherwise than they should. An undecided ray does not: it claims nothing.
     pixels : Quantiles
-        max(|ds| W, |dt| H) on the picture of W x H pixels; 0 where nothing was compared.
+        max(|ds| W, |dt| H) on the picture of W x H pixels; 0, which says nothing, where nothing was compared.
     coordinates : Quantiles
         max(|ds|, |dt|), 1 being the picture's width or height.
     floor : float
         Pixels, 99 %: by what the expected places move when the rays' directions change in their last bit. Errors below
         it are errors of what is compared with, too.
+    unknown : float
+        Share of the rays that meet a lens, there or here, or may, that are undecided there or here: no figure is of
+        them.
     """
 
     against: str
@@ -51,6 +54,7 @@ class Error:
     pixels: Quantiles
     coordinates: Quantiles
     floor: float
+    unknown: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
