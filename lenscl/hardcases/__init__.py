@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from lenscl.hardcases.case import LEVELS, ROUNDING, ULPS, Answers, Array, Case, Expected, Level, Moved
 from lenscl.hardcases.judge import Verdict, Wrong, judge
-from lenscl.hardcases.pack import Pack, load_pack, write_pack
+from lenscl.hardcases.pack import Pack, load_pack, most_undecided, write_pack
+from lenscl.hardcases.reasons import REASONS, number_of
 from lenscl.hardcases.run import FamilyResult, by_family, run_pack
 
 __all__ = [
     "LEVELS",
+    "REASONS",
     "ROUNDING",
     "ULPS",
     "Answers",
@@ -29,6 +31,8 @@ __all__ = [
     "by_family",
     "judge",
     "load_pack",
+    "most_undecided",
+    "number_of",
     "run_pack",
     "write_pack",
 ]
