@@ -2,7 +2,9 @@
 
 Input: the pack, made by bench/make_hard_cases.py from certified answers. Output: a `Verdict` a case. An answer is wrong
 where no move of the problem's numbers by `ULPS` roundings explains it: the bound grows with the ray's own condition
-number, which was computed by such moves, and a path may differ only where such a move changes it.
+number, which was computed by such moves, and a path may differ only where such a move changes it. A ray may be left
+undecided only where double precision cannot decide it, and each has a reason. Cases that came later than the first
+are of a later edition, and are summed up apart.
 """
 
 from __future__ import annotations
