@@ -78,11 +78,16 @@ def reason(case: Case, expected: Expected, ray: int, level: Level) -> str:
         return "no value of F"
     if expected.reasons is not None and expected.reasons[ray]:
         return REASONS[expected.reasons[ray]]
-    moved = expected.moved[level]
-    ends = {int(expected.answers.status[ray]), *moved.beside.status[moved.ray == ray].tolist()}
-    for status, why in ((RayStatus.TRAPPED, "event limit"), (RayStatus.TOTAL_REFLECTION, "critical angle")):
-        if status in ends and ends - {int(status), int(RayStatus.UNDECIDED)}:
-            return why
+    exact, beside = expected.answers, expected.moved[level].beside
+    mine = expected.moved[level].ray == ray
+    ends = {(int(exact.status[ray]), int(exact.events[ray]))}
+    ends |= set(zip(beside.status[mine].tolist(), beside.events[mine].tolist(), strict=True))
+    ends = {end for end in ends if end[0] != RayStatus.UNDECIDED}
+    # All meet as many surfaces as are allowed, and some would meet another
+    if RayStatus.TRAPPED in {status for status, _ in ends} and len({events for _, events in ends}) == 1 < len(ends):
+        return "event limit"
+    if {status for status, _ in ends} > {int(RayStatus.TOTAL_REFLECTION)}:
+        return "critical angle"
     return "rim before another lens" if len(tomllib.loads(case.scene).get("lens", ())) > 1 else "rim"
 
 

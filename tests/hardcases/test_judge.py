@@ -176,7 +176,8 @@ def test_undecided_rays_are_counted_by_reason_and_sum_up() -> None:
     for case, of, why in (
         (one, expected(BESIDE, OTHER), "rim"),
         (two, expected(BESIDE, OTHER), "rim before another lens"),
-        (one, expected(BESIDE, (RayStatus.TRAPPED, 9, -1.0)), "event limit"),
+        (one, expected(BESIDE, (RayStatus.TRAPPED, 2, -1.0)), "event limit"),
+        (one, expected(BESIDE, (RayStatus.TRAPPED, 9, -1.0)), "rim"),  # it is another surface that decides
         (one, expected(BESIDE, (RayStatus.TOTAL_REFLECTION, 1, -1.0)), "critical angle"),
         (one, replace(expected(BESIDE), reasons=np.array([0, 0, number_of("it grazes")])), "grazing"),
         (replace(one, lacks_values=np.array([False, False, True])), expected(BESIDE), "no value of F"),
