@@ -21,8 +21,8 @@ _EXPONENTS = (
     *((e, e) for e in (0.5, 1.0, 1.5, 1.9, 2.0)),
     *((2.0, 1.0), (1.0, 2.0), (0.5, 1.5), (1.5, 0.5), (0.6, 1.2)),
 )
-# Rays along -x, -y and -z all meet this picture
-_OBLIQUE = {"corner": [-6.0, 2.0, -2.0], "right": [8.0, -8.0, 0.0], "down": [4.0, 4.0, -8.0]}
+# Rays along -x, -y and -z all meet this picture, whose normal is (1, 0.6, 0.8); no diagonal runs along it
+_OBLIQUE = {"corner": [-7.0, 0.5, 0.875], "right": [6.0, -10.0, 0.0], "down": [4.0, 4.0, -8.0]}
 _QUARTIC = "x^4 + y^4 + z^4 - 0.5"
 _ELLIPSOID = "x^2 + 2*y^2 + 1.5*z^2 - 0.5"
 _OF_BOTH = ("F^3", "the cube root of F", "tanh(5 F)", "exp(F) - 1")  # what users write most
