@@ -2,10 +2,11 @@
 
 What is in the pack already and has not changed is not proved again; the whole takes an hour or two.
 
-    python bench/make_hard_cases.py [--all | NAME ...]
+    python bench/make_hard_cases.py [--all | --count | NAME ...]
 
 With names, cases whose names contain one of them are proved again, and no others; `--all` proves everything again, as
-is needed where the moves or the oracle have changed. Answers are written down one by one in the place of older ones.
+is needed where the moves or the oracle have changed. Answers are written down as they come, in the place of older ones.
+How many rays may be left undecided is kept as it is: `pack/undecided.toml` is counted by `--count`, on this machine.
 Needs python-flint: pip install 'lenscl[accuracy]'.
 """
 
@@ -13,24 +14,44 @@ from __future__ import annotations
 
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
 
-from hard_cases import expressions, laws, paths, refraction, roots, screens, shapes, sizes
+from hard_cases import (
+    axes,
+    expressions,
+    laws,
+    noisy,
+    opaque,
+    paths,
+    refraction,
+    roots,
+    screens,
+    shapes,
+    sizes,
+    unknown,
+)
 from hard_cases.prove import expected_of
 
+from lenscl import device
 from lenscl.errors import LensclError
-from lenscl.hardcases import Case, Expected, Pack, load_pack, write_pack
+from lenscl.hardcases import Case, Expected, Pack, by_family, load_pack, most_undecided, run_pack, write_pack
+
+_SECONDS = 30.0  # between one writing and the next
 
 
 def every_case() -> Iterator[Case]:
     """Yield all cases, family by family."""
-    for module in (refraction, roots, sizes, shapes, paths, screens, expressions, laws):
+    for module in (refraction, roots, sizes, shapes, paths, screens, expressions, laws, unknown, noisy, opaque, axes):
         yield from module.cases()
 
 
 def main(arguments: list[str]) -> None:
     """Write the pack."""
+    if arguments == ["--count"]:
+        return _count()
     is_all, names = arguments == ["--all"], arguments
     if not is_all and any(argument.startswith("-") for argument in arguments):
         raise SystemExit(__doc__)
@@ -48,7 +69,7 @@ def main(arguments: list[str]) -> None:
         if not case.refused
         and (is_all or (any(name in case.name for name in names) if names else case.key not in known))
     ]
-    start = time.perf_counter()
+    start = written = time.perf_counter()
     with ProcessPoolExecutor() as pool:
         proofs = {pool.submit(expected_of, case): case for case in wanted}
         for proof in as_completed(proofs):
@@ -57,7 +78,9 @@ def main(arguments: list[str]) -> None:
             unsure = sum(int((~moved.is_stable).sum()) for moved in expected.moved.values())
             count, seconds = len(expected.answers.status), time.perf_counter() - start
             print(f"{seconds:7.1f} s  {case.name}: {count} rays, {unsure} times unstable", flush=True)
-            write_pack(_pack(cases, known))
+            if time.perf_counter() > written + _SECONDS:
+                write_pack(_pack(cases, known))
+                written = time.perf_counter()
     pack = _pack(cases, known)
     write_pack(pack)
     rays = sum(len(each.answers.status) for each in pack.expected.values())
@@ -74,7 +97,21 @@ def _kept() -> dict[str, Expected]:
 
 def _pack(cases: list[Case], known: dict[str, Expected]) -> Pack:
     proved = [case for case in cases if case.refused or case.key in known]
-    return Pack(cases=tuple(proved), expected={case.name: known[case.key] for case in proved if not case.refused})
+    expected = {case.name: known[case.key] for case in proved if not case.refused}
+    return Pack(cases=tuple(proved), expected=expected, most_undecided=most_undecided())
+
+
+def _count() -> None:
+    """Count the rays that are left undecided, by precision and family: the most of any guaranteed method."""
+    pack, counts = load_pack(), {}
+    for precision in ("double", "mixed", "single"):
+        most: Counter[str] = Counter()
+        for method in ("auto", "guarded", "interval", "polynomial"):
+            found = list(run_pack(pack, method=method, precision=precision, device=device.choose()))
+            most |= Counter({each.family: each.undecided for each in by_family(found)})
+            print(f"{precision}, {method}: {sum(each.undecided for each in found)}", flush=True)
+        counts[precision] = dict(sorted((+most).items()))
+    write_pack(replace(pack, most_undecided=counts))
 
 
 if __name__ == "__main__":

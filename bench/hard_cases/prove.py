@@ -24,7 +24,7 @@ from lenscl.config import Lens, Scene, scene_from_toml
 from lenscl.config.scene import Frozen
 from lenscl.expr import Expr
 from lenscl.expr.graph import node, number, walk
-from lenscl.hardcases import LEVELS, ROUNDING, ULPS, Answers, Array, Case, Expected, Level, Moved
+from lenscl.hardcases import LEVELS, ROUNDING, ULPS, Answers, Array, Case, Expected, Level, Moved, number_of
 from lenscl.materials import Constant, Material
 from lenscl.reference.oracle import Proof, prove_pixels, prove_rays
 from lenscl.status import RayStatus
@@ -41,20 +41,28 @@ Shift = Callable[[float], float]  # from a number's size to its move
 
 def expected_of(case: Case) -> Expected:
     """Prove a case's rays as they are, and as they are moved."""
-    scene = scene_from_toml(case.scene)
+    scene = scene_from_toml(case.proved_as or case.scene)
     if case.origins is None or case.directions is None:
         exact = prove_pixels(scene, range(scene.film.rows * scene.film.columns), most_bits=_EXACT_BITS)
     else:
         starts = _starts(case, case.origins).tolist()
         exact = prove_rays(scene, starts, case.directions.tolist(), most_bits=_EXACT_BITS)
-    return Expected(answers=_answers(exact), moved={level: _moved(case, scene, exact, level) for level in LEVELS})
+    reasons = np.array([number_of(proof.reason) for proof in exact], np.uint8)
+    moved = {}
+    for level in LEVELS:
+        moved[level], beside = _moved(case, scene, exact, level)
+        for ray, proof in zip(moved[level].ray.tolist(), beside, strict=True):
+            if level == "double" and not reasons[ray]:
+                reasons[ray] = number_of(proof.reason)
+    return Expected(answers=_answers(exact), moved=moved, reasons=reasons)
 
 
 def _starts(case: Case, origins: Array) -> Array:
     return origins if case.counts_from is None else np.broadcast_to(case.counts_from, origins.shape)
 
 
-def _moved(case: Case, scene: Scene, exact: list[Proof], level: Level) -> Moved:
+def _moved(case: Case, scene: Scene, exact: list[Proof], level: Level) -> tuple[Moved, list[Proof]]:
+    """Return what becomes of rays that are moved, and the proofs of what lies beside those that are not stable."""
     size = ULPS * ROUNDING[level]
     most, squares = np.zeros(len(exact)), np.zeros(len(exact))
     is_stable = np.array([proof.status is not None for proof in exact])
@@ -80,12 +88,14 @@ def _moved(case: Case, scene: Scene, exact: list[Proof], level: Level) -> Moved:
         most = np.maximum(most, look(again, pair))
     spread = np.maximum(most, np.sqrt(squares))
     kept = [(i, proof) for i, proof in beside if not is_stable[i]]
-    return Moved(
+    proofs = [proof for _, proof in kept]
+    moved = Moved(
         spread=spread,
         is_stable=is_stable,
-        beside=_answers([proof for _, proof in kept]),
+        beside=_answers(proofs),
         ray=np.array([i for i, _ in kept], np.int32),
     )
+    return moved, proofs
 
 
 def _beside(case: Case, scene: Scene, rays: NDArray[np.intp], pair: int, size: float) -> list[Proof]:

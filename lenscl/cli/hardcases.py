@@ -13,7 +13,7 @@ from lenscl.cli.group import SOME_FAILED, json_option, many, plain
 from lenscl.cli.table import print_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from lenscl.hardcases import FamilyResult, Verdict
 
@@ -38,10 +38,14 @@ def hardcases(method: str, precision: str | None, label: str | None, names: tupl
     of them when each number of the problem, and each point and direction on the way, is moved by 16 roundings. An
     answer is wrong where no such move explains it.
 
-    The table has a row for each family: the worst error of a place, in roundings as the ray's own condition magnifies
-    them (16 are allowed), and how many rays were not decided at first and traced again in a higher precision. Of the
-    rays whose path hangs on rounding, those that took one beside the exact one, those whose answer is not told by the
-    moves that were tried, and those left undecided. And wrong answers: with any, the exit code is 3. The march is no
+    The table has a row for each family: the rays, those decided, the worst error of a place, in roundings as the ray's
+    own condition magnifies them (16 are allowed), and how many rays were not decided at first and traced again in a
+    higher precision. Of the rays whose path hangs on rounding, those that took one beside the exact one, those whose
+    answer is not told by the moves that were tried, and those left undecided; and how many of these are expected at
+    most. And wrong answers. The families that came with later editions of the pack stand apart. A second table says why
+    rays were left undecided: the reason is the oracle's, or lies in what moves make of the ray's path.
+
+    With a wrong answer, or more undecided rays in a family than are expected, the exit code is 3. The march is no
     guaranteed method: it loses short chords, and they count as wrong.
 
     It takes a minute or two, and longer where kernels have to be compiled; standard error says how far it is.
@@ -65,29 +69,71 @@ def hardcases(method: str, precision: str | None, label: str | None, names: tupl
         told = run_pack(pack, method=method, precision=precision, device=chosen, report=progress.begin)
         verdicts = list(told)
     circumstances = {**chosen.circumstances(), "method": method, "precision": precision}
+    families = by_family(verdicts)
+    most = pack.most_undecided.get(precision, {}) if chosen.has_double and method != "march" else None
     if as_json:
-        click.echo(json.dumps(_document(circumstances, verdicts, by_family(verdicts)), indent=2))
+        click.echo(json.dumps(_document(circumstances, verdicts, families, most), indent=2))
     else:
-        _print(by_family(verdicts))
+        _print(families, most)
         click.echo()
+        if any(each.undecided for each in families):
+            _print_reasons(families)
+            click.echo()
         click.echo(plain(", ".join(f"{key} {value}" for key, value in circumstances.items())))
-    for line in _complaints(verdicts):
+    too_many = [] if most is None else list(_too_many(families, most))
+    for line in (*_complaints(verdicts), *too_many):
         click.echo(plain(line), err=True)
-    if any(each.wrong for each in verdicts):
+    if too_many or any(each.wrong for each in verdicts):
         raise SystemExit(SOME_FAILED)
 
 
-def _print(families: Sequence[FamilyResult]) -> None:
-    head = ("family", "cases", "rays", "worst error", "again", "beside", "untold", "undecided", "wrong")
-    rows = [
-        (each.family, *map(str, (each.cases, each.rays)), f"{each.worst:.2g}" if each.rays else "",
-         *map(str, (each.again, each.beside, each.untold, each.undecided, each.wrong)))
-        for each in families
-    ]  # fmt: skip
-    sums = [sum(int(row[k]) for row in rows) for k in (1, 2, 4, 5, 6, 7, 8)]
-    worst = max((each.worst for each in families), default=0.0)
-    rows.append(("all", *map(str, sums[:2]), f"{worst:.2g}", *map(str, sums[2:])))
-    print_table(head, rows, 1)
+def _print(families: Sequence[FamilyResult], most: Mapping[str, int] | None) -> None:
+    """Print a row a family, a sum an edition where there are several, and one of all."""
+    head = ("family", "cases", "rays", "decided", "worst error", "again", "beside", "untold", "undecided", "at most",
+            "wrong")  # fmt: skip
+    rows = []
+    editions = sorted({each.edition for each in families})
+    for edition in editions:
+        some = [each for each in families if each.edition == edition]
+        rows += [_row(each.family, [each], most) for each in some]
+        if len(editions) > 1:
+            rows.append(_row(f"edition {edition}", some, most))
+    print_table(head, [*rows, _row("all", families, most)], 1)
+
+
+def _row(name: str, some: Sequence[FamilyResult], most: Mapping[str, int] | None) -> tuple[str, ...]:
+    rays, undecided = sum(each.rays for each in some), sum(each.undecided for each in some)
+    worst = max((each.worst for each in some), default=0.0)
+    return (
+        name,
+        str(sum(each.cases for each in some)),
+        str(rays),
+        str(rays - undecided - sum(each.needless for each in some)),
+        f"{worst:.2g}" if rays else "",
+        str(sum(each.again for each in some)),
+        str(sum(each.beside for each in some)),
+        str(sum(each.untold for each in some)),
+        str(undecided),
+        "" if most is None else str(sum(most.get(each.family, 0) for each in some)),
+        str(sum(each.wrong for each in some)),
+    )
+
+
+def _print_reasons(families: Sequence[FamilyResult]) -> None:
+    """Print why rays are undecided, family by family, and the sum of each reason."""
+    rows = [(each.family, why, str(count)) for each in families for why, count in each.reasons.items()]
+    for why in dict.fromkeys(why for _, why, _ in rows):
+        rows.append(("all", why, str(sum(each.reasons.get(why, 0) for each in families))))
+    print_table(("family", "why undecided", "rays"), rows, 2)
+
+
+def _too_many(families: Sequence[FamilyResult], most: Mapping[str, int]) -> Iterable[str]:
+    for each in families:
+        if each.undecided > most.get(each.family, 0):
+            yield (
+                f"too many undecided: {each.family}: {many(each.undecided, 'ray')}, where at most "
+                f"{most.get(each.family, 0)} are expected; `--case` with the names of its cases narrows it down"
+            )
 
 
 def _complaints(verdicts: Sequence[Verdict]) -> Iterable[str]:
@@ -110,18 +156,27 @@ def _finite(value: float) -> float | None:
 
 
 def _document(
-    circumstances: dict[str, str], verdicts: Sequence[Verdict], families: Sequence[FamilyResult]
+    circumstances: dict[str, str],
+    verdicts: Sequence[Verdict],
+    families: Sequence[FamilyResult],
+    most: Mapping[str, int] | None,
 ) -> dict[str, object]:
     from dataclasses import asdict
 
     return {
         **circumstances,
-        "families": [{**asdict(each), "worst": _finite(each.worst)} for each in families],
+        "families": [
+            {
+                **asdict(each), "worst": _finite(each.worst),
+                "most_undecided": None if most is None else most.get(each.family, 0),
+            }
+            for each in families
+        ],
         "cases": [
             {
                 "name": each.case.name, "family": each.case.family, "why": each.case.why, "rays": each.rays,
                 "worst": _finite(each.worst), "again": each.again, "beside": each.beside, "untold": each.untold,
-                "undecided": each.undecided, "left_out": each.refusal,
+                "undecided": each.undecided, "reasons": dict(each.reasons), "left_out": each.refusal,
                 "wrong": [{"ray": wrong.ray, "what": wrong.what} for wrong in each.wrong],
             }
             for each in verdicts

@@ -210,6 +210,8 @@ class Writer:
             else self._widened(arg)  # functions and ?: take operands of one type only
             for arg, needed in zip(each.args, needs, strict=True)
         ]
+        if each.op == "neg" and parts[0].startswith("-"):  # two signs in a row are one operator of C, another
+            parts = [f"({parts[0]})"]
         nan = f"({self._kind(each)})(NAN)"
         on_lanes = "_v" if self._on_lanes[each] else ""
         return row.c.format(*parts, zero=spell_number(0.0, self._precision), nan=nan, on_lanes=on_lanes), level

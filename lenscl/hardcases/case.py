@@ -42,6 +42,14 @@ class Case:
         The case whose answers have to be the same, bit for bit; empty where there is none.
     refused : str
         The key that the refusal of the scene leads with; empty for scenes that are fine.
+    edition : int
+        Of the pack in which the case came: what it counts for stands apart, so that editions can be compared.
+    proved_as : str
+        The scene that the answers are proved on, where it is not the case's own: one of the same solids, whose F the
+        oracle can follow where the case's own has an infinite slope, a multiple root or no finite value.
+    has_gaps : bool
+        F has no value, or jumps, on some of the rays' way. Those of which neither the oracle nor any move tells how
+        they end must be left undecided: any answer is a guess.
     """
 
     name: str
@@ -56,11 +64,15 @@ class Case:
     counts_from: tuple[float, float, float] | None = None
     equals: str = ""
     refused: str = ""
+    edition: int = 1
+    proved_as: str = ""
+    has_gaps: bool = False
 
     @property
     def key(self) -> str:
         """What the answers hang on: equal keys have the same."""
         parts = [self.name, self.scene, str(self.starts_exactly), str(self.counts_from)]
+        parts += [self.proved_as] if self.proved_as else []
         digest = hashlib.sha256("\n".join(parts).encode())
         for array in (self.origins, self.directions):
             digest.update(b"" if array is None else np.ascontiguousarray(array).tobytes())
@@ -112,7 +124,17 @@ class Moved:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Expected:
-    """What is true of a case's rays, and how firmly."""
+    """What is true of a case's rays, and how firmly.
+
+    Attributes
+    ----------
+    answers : Answers
+    moved : dict of Level to Moved
+    reasons : uint8 array, shape (N,), or None
+        Numbers in `REASONS`: why the oracle does not decide a ray, or one of its moves by roundings of double; 0 where
+        it decides all. None where nothing is known of it.
+    """
 
     answers: Answers
     moved: dict[Level, Moved]
+    reasons: NDArray[np.uint8] | None = None

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lenscl.hardcases import reasons
 from lenscl.hardcases.case import ROUNDING, ULPS, Answers, Array, Case, Expected, Level, Moved
 from lenscl.status import RayStatus
 
@@ -49,6 +50,10 @@ class Verdict:
         Rays whose path hangs on rounding, and whose answer the moves are too few to judge.
     undecided : int
         Rays that were left undecided, and that no double precision could decide.
+    reasons : mapping of str to int
+        Why those could not be decided, and how many for each reason; they sum to `undecided`.
+    needless : int
+        Rays that were left undecided though double precision could decide them; each is wrong, too.
     again : int
         Rays that were left undecided at first, and traced again in a higher precision.
     wrong : tuple of Wrong
@@ -62,6 +67,8 @@ class Verdict:
     beside: int = 0
     untold: int = 0
     undecided: int = 0
+    reasons: Mapping[str, int] = field(default_factory=dict)
+    needless: int = 0
     again: int = 0
     wrong: tuple[Wrong, ...] = ()
     refusal: str = ""
@@ -98,20 +105,35 @@ def judge(case: Case, expected: Expected, answers: Answers, level: Level, finest
         needless &= ~case.lacks_values
     wrong += [Wrong(ray=int(ray), what="is undecided without need") for ray in np.flatnonzero(needless)]
     others = set(np.flatnonzero(~is_same & ~is_undecided).tolist())
-    for ray in sorted(others):
+    guessed = _guessed(case, expected, others, level)
+    wrong += [Wrong(ray=ray, what=f"is decided, and nothing tells how: {why}") for ray, why in guessed.items()]
+    for ray in sorted(others - guessed.keys()):
         is_told, what = _path_beside(ray, exact, moved, answers, is_exact=case.is_exact)
         untold |= set() if is_told else {ray}
         wrong += [Wrong(ray=ray, what=what)] if what else []
     faulty = {each.ray for each in wrong}
+    left = np.flatnonzero(is_undecided & ~needless)
     return Verdict(
         case=case,
         rays=len(share),
         worst=float(share.max(initial=0.0)) * ULPS,
         beside=len(others - untold - faulty),
         untold=len(untold - faulty),
-        undecided=int((is_undecided & ~needless).sum()),
+        undecided=len(left),
+        reasons=reasons.counted(case, expected, left, finest),
+        needless=int(needless.sum()),
         wrong=tuple(sorted(wrong, key=lambda each: each.ray or 0)),
     )
+
+
+def _guessed(case: Case, expected: Expected, rays: set[int], level: Level) -> dict[int, str]:
+    """Return those of some rays that are undecidable however they are moved, and why; none where a case has no gaps."""
+    if not case.has_gaps:
+        return {}
+    moved = expected.moved[level]
+    known = set(moved.ray[moved.beside.status != RayStatus.UNDECIDED].tolist())
+    dark = [ray for ray in rays - known if expected.answers.status[ray] == RayStatus.UNDECIDED]
+    return {ray: reasons.reason(case, expected, ray, level) for ray in sorted(dark)}
 
 
 def allowed(exact: Answers, moved: Moved, level: Level) -> Array:

@@ -1,5 +1,7 @@
 """The pack of hard cases as it is stored: `cases.toml` says what they are, `rays.npz` holds rays and answers.
 
+`undecided.toml` says how many rays of each family may be left undecided.
+
 Rays of all cases stand one after another; a case's number of rays says which are its own. The rays carry the digest of
 the cases that they belong to: two files that were not written together are no pack.
 """
@@ -10,7 +12,7 @@ import hashlib
 import tomllib
 import zlib
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
@@ -25,19 +27,30 @@ from lenscl.hardcases.case import LEVELS, ULPS, Answers, Case, Expected, Moved
 from lenscl.imaging.atomic import whole_file
 
 _FOLDER = Path(str(files("lenscl.hardcases"))) / "pack"
-_CASES, _RAYS = "cases.toml", "rays.npz"
-_WORDS = ("name", "family", "why", "scene", "equals", "refused")
-_FLAGS = ("is_exact", "starts_exactly")
+_CASES, _RAYS, _UNDECIDED = "cases.toml", "rays.npz", "undecided.toml"
+_WORDS = ("name", "family", "why", "scene", "equals", "refused", "proved_as")
+_FLAGS = ("is_exact", "starts_exactly", "has_gaps")
 _GIVEN = ("origins", "directions", "lacks_values")
 _ANSWERS = ("status", "events", "st")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Pack:
-    """All cases, and what is true of the rays of each; by name, but for those that are refused."""
+    """All cases, and what is true of the rays of each.
+
+    Attributes
+    ----------
+    cases : tuple of Case
+    expected : mapping of str to Expected
+        By case, but for those that are refused.
+    most_undecided : mapping of str to mapping of str to int
+        By precision and family: how many rays any guaranteed method leaves undecided, on a device that has double
+        precision. More are more than expected. Families that are not named have none.
+    """
 
     cases: tuple[Case, ...]
     expected: Mapping[str, Expected]
+    most_undecided: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
 
     def having(self, texts: Collection[str]) -> Pack:
         """Return the cases whose names contain any of some texts, and those that they are compared with.
@@ -46,7 +59,7 @@ class Pack:
         """
         named = {case.name for case in self.cases if not texts or any(text in case.name for text in texts)}
         named |= {case.equals for case in self.cases if case.name in named and case.equals}
-        return Pack(cases=tuple(case for case in self.cases if case.name in named), expected=self.expected)
+        return replace(self, cases=tuple(case for case in self.cases if case.name in named))
 
 
 def load_pack() -> Pack:
@@ -67,12 +80,9 @@ def load_pack() -> Pack:
             raise ValueError(f"{_RAYS} was made by moves of {arrays['ulps']} roundings, not of {ULPS}")
         rows = tomllib.loads(text.decode())["case"]
     except (OSError, EOFError, KeyError, ValueError, BadZipFile, zlib.error) as error:
-        raise LensclError(
-            f"{_FOLDER}: the pack of hard cases cannot be read ({error}); install lenscl again, "
-            "or make the pack by bench/make_hard_cases.py"
-        ) from error
+        raise _unreadable(error) from error
     given = _split(arrays, _GIVEN, arrays["given"])
-    answers = _split(arrays, _ANSWERS, arrays["rays"])
+    answers = _split(arrays, (*_ANSWERS, "reasons"), arrays["rays"])
     moved = {level: _moved(level, arrays) for level in LEVELS}
     cases, expected = [], {}
     for number, row in enumerate(rows):
@@ -82,10 +92,27 @@ def load_pack() -> Pack:
         case = Case(**row, **rays)
         cases.append(case)
         if not case.refused:
+            reasons = answers[number].pop("reasons")
             expected[case.name] = Expected(
-                answers=Answers(**answers[number]), moved={level: moved[level][number] for level in LEVELS}
+                answers=Answers(**answers[number]),
+                moved={level: moved[level][number] for level in LEVELS},
+                reasons=reasons,
             )
-    return Pack(cases=tuple(cases), expected=expected)
+    return Pack(cases=tuple(cases), expected=expected, most_undecided=most_undecided())
+
+
+def most_undecided() -> dict[str, dict[str, int]]:
+    """Return how many rays of each family may be left undecided, by precision.
+
+    Raises
+    ------
+    LensclError
+        If that is not to be read.
+    """
+    try:
+        return tomllib.loads((_FOLDER / _UNDECIDED).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise _unreadable(error) from error
 
 
 def write_pack(pack: Pack) -> None:
@@ -95,6 +122,7 @@ def write_pack(pack: Pack) -> None:
     rows = [
         {name: getattr(case, name) for name in _WORDS if getattr(case, name)}
         | {name: True for name in _FLAGS if getattr(case, name)}
+        | ({} if case.edition == 1 else {"edition": case.edition})
         | ({} if case.counts_from is None else {"counts_from": list(case.counts_from)})
         for case in pack.cases
     ]
@@ -112,6 +140,7 @@ def write_pack(pack: Pack) -> None:
         "lacks_values": np.concatenate([_lacking(case) for case in given]),
     }
     arrays |= _joined("", [each.answers for each in proved])
+    arrays["reasons"] = np.concatenate([_reasons(each) for each in proved])
     for level in LEVELS:
         moved = [each.moved[level] for each in proved]
         arrays |= {
@@ -126,9 +155,17 @@ def write_pack(pack: Pack) -> None:
     stream = BytesIO()
     np.savez_compressed(stream, **arrays)  # type: ignore[arg-type] # its second parameter is no array
     _FOLDER.mkdir(exist_ok=True)
-    for name, content in ((_CASES, text), (_RAYS, stream.getvalue())):
+    undecided = tomli_w.dumps(pack.most_undecided).encode()
+    for name, content in ((_CASES, text), (_RAYS, stream.getvalue()), (_UNDECIDED, undecided)):
         with whole_file(_FOLDER / name, len(content)) as temporary:
             temporary.write_bytes(content)
+
+
+def _unreadable(error: Exception) -> LensclError:
+    return LensclError(
+        f"{_FOLDER}: the pack of hard cases cannot be read ({error}); install lenscl again, "
+        "or make the pack by bench/make_hard_cases.py"
+    )
 
 
 def _digest(text: bytes) -> NDArray[np.uint8]:
@@ -138,6 +175,11 @@ def _digest(text: bytes) -> NDArray[np.uint8]:
 def _lacking(case: Case) -> NDArray[np.bool_]:
     count = 0 if case.origins is None else len(case.origins)
     return np.zeros(count, np.bool_) if case.lacks_values is None else case.lacks_values
+
+
+def _reasons(expected: Expected) -> NDArray[np.uint8]:
+    count = len(expected.answers.status)
+    return np.zeros(count, np.uint8) if expected.reasons is None else expected.reasons
 
 
 def _joined(prefix: str, answers: Sequence[Answers]) -> dict[str, NDArray[Any]]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from lenscl.config import Scene, scene_from_toml
 from lenscl.device import Device
 from lenscl.errors import BuildError, StudyError, TraceError
+from lenscl.hardcases.blocked import misplaced
 from lenscl.hardcases.case import Answers, Case, Level
 from lenscl.hardcases.judge import Verdict, Wrong, judge
 from lenscl.hardcases.pack import Pack
@@ -61,7 +63,8 @@ def run_pack(
             kept[case.name] = answers
         finest: Level = "double" if device.has_double else "single"
         verdict = judge(case, pack.expected[case.name], answers, level, finest)
-        verdict = replace(verdict, again=ends.escalated, wrong=(*verdict.wrong, *_broken(ends, level)))
+        broken = (*_broken(ends, level), *misplaced(case, scene, ends, level))
+        verdict = replace(verdict, again=ends.escalated, wrong=(*verdict.wrong, *broken))
         yield _with_differences(verdict, answers, kept[case.equals]) if case.equals in kept else verdict
 
 
@@ -121,12 +124,15 @@ class FamilyResult:
     """What a device made of a family of cases: sums, and the largest error, over the cases that the method serves."""
 
     family: str
+    edition: int
     cases: int
     rays: int
     worst: float
     beside: int
     untold: int
     undecided: int
+    reasons: Mapping[str, int]  # of those left undecided; they sum to them
+    needless: int
     again: int
     wrong: int
     refused: int
@@ -142,12 +148,15 @@ def _summed(family: str, verdicts: Sequence[Verdict]) -> FamilyResult:
     served = [each for each in verdicts if not each.refusal]
     return FamilyResult(
         family=family,
+        edition=verdicts[0].case.edition,
         cases=len(served),
         rays=sum(each.rays for each in served),
         worst=max((each.worst for each in served), default=0.0),
         beside=sum(each.beside for each in served),
         untold=sum(each.untold for each in served),
         undecided=sum(each.undecided for each in served),
+        reasons=dict(sum((Counter(each.reasons) for each in served), Counter()).most_common()),
+        needless=sum(each.needless for each in served),
         again=sum(each.again for each in served),
         wrong=sum(len(each.wrong) for each in served),
         refused=len(verdicts) - len(served),

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 _PLACES = (0.5, 0.4375, 0.5625, 0.34375, 0.65625)  # where to part a stretch: the first at which the sign is certain
 _MOST_STRETCHES = 20_000
+_TO_THE_END = 64  # bits: so near to where F ends no crossing is looked for
 _TOUCH = "the ray touches the surface, two of its roots are too close to be told apart, or F jumps"
+_NO_VALUE = "F has no value, or none that is finite, on the ray's way"
 
 
 class UndecidableError(Exception):
@@ -53,18 +55,25 @@ def first_crossing(along: Callable[[arb], Jet], length: arb, bits: int, *, depar
     """
     from flint import arb
 
+    lacking: list[arb] = []  # points at which F has no value
+
     def sign(t: arb) -> int:
         value = along(t).value
+        if not value.is_finite():
+            lacking.append(t)
         return int(value > 0) - int(value < 0)
 
     start = arb(0)
     at_start = 0 if departs else sign(start)
     at_end = sign(length)
-    if not at_end or (not departs and not at_start):
+    # Where F ends before the box does, there may be a crossing before that
+    if not departs and not at_start and start in lacking:
+        raise UndecidableError(_NO_VALUE)
+    if (not at_end and length not in lacking) or (not departs and not at_start):
         raise UndecidableError("an end of the ray's way through the bounding box lies on the surface")
     if at_start == -side:
         raise UndecidableError("F has the other side's sign where the search begins")
-    shortest = length / 2 ** (bits // 2)
+    shortest, last = length / 2 ** (bits // 2), length / 2**_TO_THE_END
     stack = [(start, at_start, length, at_end)]
     for _ in range(_MOST_STRETCHES):
         if not stack:
@@ -76,14 +85,14 @@ def first_crossing(along: Callable[[arb], Jet], length: arb, bits: int, *, depar
         known = at_low != 0  # else the root at 0 is on this stretch: only a slope tells that there is no other
         if known and not (contains_zero(over.value) and contains_zero(nearer)):
             continue
-        if not contains_zero(over.slopes[0]):
+        if at_high and not contains_zero(over.slopes[0]):
             if not known and bool(over.slopes[0] > 0) != (side > 0):
                 raise UndecidableError("F falls where it should rise behind the surface just met, or the reverse")
             if known and at_low != at_high:
                 return _refined(along, whole)
             continue
-        if high - low < shortest:
-            raise UndecidableError(_TOUCH)
+        if high - low < (shortest if at_high else last):
+            raise UndecidableError(_TOUCH if over.value.is_finite() else _NO_VALUE)
         for place in _PLACES:
             cut = (low + place * (high - low)).mid()
             at_cut = sign(cut)
@@ -91,7 +100,10 @@ def first_crossing(along: Callable[[arb], Jet], length: arb, bits: int, *, depar
                 stack += [(cut, at_cut, high, at_high), (low, at_low, cut, at_cut)]
                 break
         else:
-            raise UndecidableError(_TOUCH)
+            if cut not in lacking:
+                raise UndecidableError(_TOUCH)
+            # F has ended: only a crossing before that can be told, and what is behind is never reached
+            stack = [(low, at_low, cut, 0)]
     raise UndecidableError(f"more than {_MOST_STRETCHES} stretches of the ray")
 
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -27,6 +28,46 @@ def test_the_table_has_a_row_a_family_and_what_they_come_to() -> None:
     assert out.splitlines()[-1].endswith("method auto, precision double")
 
 
+def test_editions_stand_apart_and_every_undecided_ray_has_its_reason() -> None:
+    code, out, err = run("--case", "screens: a film through", "--case", "opaque: a film before a torus of 1.5")
+    assert code == 0, err
+    head, *rows = (re.split(r"  +", line.strip()) for line in out.splitlines()[:6])
+    assert [row[0] for row in rows] == ["screens", "edition 1", "opaque lens", "edition 2", "all"]
+    numbers = [(k, name) for k, name in enumerate(head) if name not in ("family", "worst error")]
+    column = {name: [int(row[k]) for row in rows] for k, name in numbers}
+    for name in ("rays", "decided", "undecided", "wrong"):
+        screens, first, opaque, second, both = column[name]
+        assert (first, second, both) == (screens, opaque, screens + opaque), name
+    assert column["rays"] == [25, 25, 49, 49, 74]
+    assert [sum(pair) for pair in zip(column["decided"], column["undecided"], strict=True)] == column["rays"]
+    assert column["undecided"][-1] == 1
+    reasons = [re.split(r"  +", line.strip()) for line in out.splitlines()[7:10]]
+    assert reasons == [["family", "why undecided", "rays"], ["screens", "screen", "1"], ["all", "screen", "1"]]
+
+
+@pytest.mark.parametrize(("most", "expected"), [({}, 3), ({"screens": 1}, 0)])
+def test_more_undecided_than_expected_is_named_and_the_exit_code_tells(
+    most: dict[str, int], expected: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lenscl.hardcases.pack.most_undecided", lambda: {"double": most})
+    code, out, err = run("--case", "screens: a film through")
+    said = "too many undecided: screens: 1 ray, where at most 0 are expected"
+    assert (code, said in err) == (expected, expected == 3)
+    assert out.splitlines()[1].split()[-3:] == ["1", str(most.get("screens", 0)), "0"]
+    code, out, _ = run("--case", "screens: a film through", "--json")
+    family = json.loads(out)["families"][0]
+    assert code == expected
+    assert (family["undecided"], family["most_undecided"], family["reasons"]) == (
+        1, most.get("screens", 0), {"screen": 1},
+    )  # fmt: skip
+
+
+def test_nothing_is_expected_of_a_march() -> None:
+    _, out, err = run("--method", "march", "--case", "screens: a film through")
+    assert "too many" not in err
+    assert out.splitlines()[1].split()[-3:] != ["1", "0", "0"]
+
+
 def test_json_stands_alone_on_standard_output() -> None:
     code, out, err = run("--case", "refused", "--json")
     assert code == 0
@@ -47,7 +88,7 @@ def test_a_terminal_is_shown_a_bar_and_the_table_is_free_of_it() -> None:
         table = child.stdout.read()
     os.close(ours)
     assert child.returncode == 0
-    cases = table.splitlines()[-3].split()[1]
+    cases = next(line for line in table.splitlines() if line.startswith("all")).split()[1]
     assert f"{cases}/{cases}" in shown.decode()
     assert "cases: refused" not in shown.decode()
     assert table.startswith("family")

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import ast
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from lenscl import RayStatus
-from lenscl.hardcases import ROUNDING, ULPS, Answers, Case, Expected, Moved, Verdict, judge
+from lenscl.hardcases import REASONS, ROUNDING, ULPS, Answers, Case, Expected, Moved, Verdict, judge, number_of
+from lenscl.reference import crossing, oracle
 
 CASE = Case(name="three rays", family="of this test", why="to try the judge", scene="")
 Row = tuple[RayStatus, int, float]
@@ -151,6 +154,64 @@ def test_undecided_is_right_where_f_is_beyond_the_doubles_and_only_there() -> No
         verdict = judged(LANDS, undecided, BESIDE, case=case)
         assert complaints(verdict) == ([] if ray == 1 else [(1, "is undecided without need")])
         assert verdict.undecided == (ray == 1)
+
+
+def test_a_decided_ray_of_which_nothing_is_known_is_a_guess_where_f_has_gaps() -> None:
+    known, guess = (RayStatus.PICTURE, 9, 0.1), (RayStatus.UNDECIDED, 0, -1.0)
+    dark = expected(guess)
+    dark = replace(dark, answers=answers(LANDS, BEHIND, guess), reasons=np.array([0, 0, number_of("F has no value")]))
+    gaps = replace(CASE, has_gaps=True)
+    verdict = judged(LANDS, BEHIND, known, of=dark, case=gaps)
+    assert complaints(verdict) == [(HANGS, "is decided, and nothing tells how: no value of F")]
+    assert complaints(judged(LANDS, BEHIND, known, of=dark)) == []
+    left = judged(LANDS, BEHIND, guess, of=dark, case=gaps)
+    assert (complaints(left), left.undecided, left.reasons) == ([], 1, {"no value of F": 1})
+    told = replace(dark, moved=expected(LANDS).moved)  # a move tells: it is no gap of F
+    assert complaints(judged(LANDS, BEHIND, LANDS, of=told, case=gaps)) == []
+
+
+def test_undecided_rays_are_counted_by_reason_and_sum_up() -> None:
+    undecided: Row = (RayStatus.UNDECIDED, 1, -1.0)
+    one, two = (replace(CASE, scene="[[lens]]\n" * count) for count in (1, 2))
+    for case, of, why in (
+        (one, expected(BESIDE, OTHER), "rim"),
+        (two, expected(BESIDE, OTHER), "rim before another lens"),
+        (one, expected(BESIDE, (RayStatus.TRAPPED, 2, -1.0)), "event limit"),
+        (one, expected(BESIDE, (RayStatus.TRAPPED, 9, -1.0)), "rim"),  # it is another surface that decides
+        (one, expected(BESIDE, (RayStatus.TOTAL_REFLECTION, 1, -1.0)), "critical angle"),
+        (one, replace(expected(BESIDE), reasons=np.array([0, 0, number_of("it grazes")])), "grazing"),
+        (replace(one, lacks_values=np.array([False, False, True])), expected(BESIDE), "no value of F"),
+    ):
+        verdict = judged(LANDS, BEHIND, undecided, of=of, case=case)
+        assert (verdict.reasons, verdict.undecided) == ({why: 1}, 1)
+    assert judged(LANDS, undecided, BESIDE).reasons == {}  # it is wrong, and not counted
+    assert judged(LANDS, undecided, BESIDE).needless == 1
+
+
+def test_every_reason_of_the_oracle_has_its_number() -> None:
+    said = set()
+    for module in (crossing, oracle):
+        for found in ast.walk(ast.parse(Path(module.__file__).read_text(encoding="utf-8"))):
+            match found:
+                case ast.Call(func=ast.Name(id="UndecidableError"), args=[argument]):
+                    said.add(_text(argument))
+                case ast.Assign(targets=[ast.Name(id="_TOUCH" | "_NO_VALUE")], value=value):
+                    said.add(_text(value))
+                case ast.keyword(arg="reason", value=ast.Constant(value=str(text))):
+                    said.add(text)
+    said -= {""}
+    assert len(said) >= 14
+    assert all(REASONS[number_of(each)] for each in said)
+    assert number_of("") == 0
+    with pytest.raises(ValueError, match="expected one reason"):
+        number_of("a new word of the oracle's")
+
+
+def _text(value: ast.expr) -> str:
+    """Return a constant text, and of one that is put together its constant parts; "" of a name's."""
+    if isinstance(value, ast.JoinedStr):
+        return "".join(str(part.value) for part in value.values if isinstance(part, ast.Constant))
+    return str(value.value) if isinstance(value, ast.Constant) else ""
 
 
 def test_a_path_that_nothing_is_known_of_is_not_judged() -> None:

@@ -1,0 +1,51 @@
+"""Where rays end that an opaque lens stops: on its surface, with the direction in which they came."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lenscl.config import Lens, Scene
+from lenscl.expr import evaluate, gradient
+from lenscl.hardcases.case import Array, Case, Level
+from lenscl.hardcases.judge import Wrong
+from lenscl.status import RayStatus
+from lenscl.tracing import Placement, RayMap, RayPaths
+
+# What a point may lie beside the surface, of the largest of its coordinates and 1, and a direction beside the exact one
+_BESIDE: dict[Level, float] = {"single": 1e-3, "double": 1e-9}
+
+
+def misplaced(case: Case, scene: Scene, ends: RayMap | RayPaths, level: Level) -> Iterator[Wrong]:
+    """Yield the blocked rays that end beside every opaque surface, or with another direction than they came in."""
+    blocked = np.flatnonzero(ends.status.ravel() == RayStatus.BLOCKED)
+    if not blocked.size:
+        return
+    origin = ends.origin.reshape(-1, 3)[blocked].astype(np.float64)
+    direction = ends.direction.reshape(-1, 3)[blocked].astype(np.float64)
+    dark = [lens for number, lens in enumerate(scene.lenses) if scene.blocks(number)]
+    apart = np.min([_distance(lens, origin) for lens in dark], axis=0)
+    far = ~(apart <= _BESIDE[level] * np.maximum(1.0, np.abs(origin).max(axis=1)))
+    turned = ~(np.abs(np.linalg.norm(direction, axis=1) - 1.0) <= _BESIDE[level])
+    if case.directions is not None:
+        came = case.directions[blocked] / np.linalg.norm(case.directions[blocked], axis=1, keepdims=True)
+        first = ends.events.ravel()[blocked] == 1
+        turned |= first & ~(np.linalg.norm(direction - came, axis=1) <= _BESIDE[level])
+    for number, ray in enumerate(blocked.tolist()):
+        if far[number]:
+            yield Wrong(ray=ray, what=f"is blocked {apart[number]:.3g} beside every opaque surface")
+        if turned[number]:
+            yield Wrong(ray=ray, what=f"is blocked, and its direction is {direction[number]}, not the one it came in")
+
+
+def _distance(lens: Lens, points: Array) -> NDArray[np.float64]:
+    """Return how far points lie from a lens's surface, to first order: |F| over the steepness of F in the world."""
+    place = Placement.of(lens)
+    values = {**lens.values, **dict(zip("xyz", place.local(points).T, strict=True))}
+    expression = lens.surface.expression
+    slopes = np.stack([evaluate(slope, values) for slope in gradient(expression)], axis=-1) @ place.to_local
+    with np.errstate(all="ignore"):
+        apart: NDArray[np.float64] = np.abs(evaluate(expression, values)) / np.linalg.norm(slopes, axis=-1)
+    return apart
