@@ -18,6 +18,7 @@ import lenscl
 from lenscl.accuracy import CalibrationCache, Planner, asked
 from lenscl.accuracy.achieved import check, check_paths, unreachable
 from lenscl.accuracy.combination import Combination
+from lenscl.accuracy.effort import affordable
 from lenscl.accuracy.evidence import FilmRays, drawn_of, gathered
 from lenscl.accuracy.front import Tried, require_known, require_lens
 from lenscl.accuracy.judgement import judge
@@ -25,6 +26,7 @@ from lenscl.accuracy.truth import Truth
 from lenscl.config import Accuracy, Scene
 from lenscl.device import choose
 from lenscl.errors import StudyError
+from lenscl.reference import oracle
 from lenscl.status import RayStatus
 from lenscl.tracing import RayMap, trace, trace_rays
 
@@ -224,6 +226,28 @@ def test_what_is_proved_is_a_count_of_rays_and_nested() -> None:
     assert np.isin(fewer_rays, few).sum() == 99
     assert 0.4 < np.mean(more < np.median(rays)) < 0.6
     assert drawn_of(rays[:50], 100)[1] is None
+
+
+def test_what_is_not_proved_for_its_cost_stays_unknown_and_is_asked_again(torus: RayMap) -> None:
+    pixels = np.flatnonzero(torus.events)[:12]
+    scene = torus.scene.replace({"lens.r": 0.31})  # no other test proves rays of it
+    cut = Truth.certified(scene, pixels, most_looks=200)
+    assert 0 < np.count_nonzero(cut.is_known) < len(pixels)
+    assert not cut.is_undecidable.any()
+    assert cut.doubt == oracle.TOO_LONG
+    whole = Truth.certified(scene, pixels)
+    assert whole.is_known.all()
+    np.testing.assert_array_equal(cut.st[cut.is_known], whole.st[cut.is_known])
+    best = check(torus, ONE_PX, DOUBLE, None)
+    vague = replace(best, error=np.inf, unknown=7, unknown_share=0.5, differ=0.5, doubt=cut.doubt)
+    assert "of 50 % of the rays through a lens nothing is known" in str(unreachable(vague))
+
+
+def test_rays_are_counted_by_what_a_ray_costs() -> None:
+    plain, dear = (make_scene({"surface": name}) for name in ("torus", "superellipsoid"))
+    assert affordable(plain, 0.0, 1000, 8000) == 8000
+    assert affordable(dear, 0.0, 1000, 8000) == 1000
+    assert 1000 < affordable(plain, 0.2, 1000, 8000) < 8000  # a fifth of its rays are traced again
 
 
 # --- given rays -------------------------------------------------------------------------------------------------------
