@@ -178,7 +178,7 @@ def _lens_moved(lens: Lens, shift: Shift) -> Lens:
         rotate=(x, y, z),
         stretch=(a, b, c),
         values=Frozen({name: value + shift(value) for name, value in lens.values.items()}),
-        surface=replace(lens.surface, expression=_numbers_moved(lens.surface.expression, shift)),
+        surface=replace(lens.surface, expression=_numbers_moved(lens.surface.as_written, shift), written=None),
     )
 
 

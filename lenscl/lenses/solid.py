@@ -66,6 +66,8 @@ class Surface:
     parameters : tuple of Parameter
     summary, formula, source : str
         One line on it; the formula as printed in books (a user's expression as written); where that comes from.
+    written : Expr or None
+        F as the user wrote it, where `expression` is another one of the same sign; `as_written` is what proofs are about.
     polynomial : Expr or None
         A polynomial in x, y, z of the same sign as F, where F itself is none.
     holds : callable or None
@@ -86,6 +88,7 @@ class Surface:
     summary: str
     formula: str
     source: str
+    written: Expr | None = None
     polynomial: Expr | None = None
     holds: Callable[[Values], bool] | None = None
     extent: Callable[[Values], Box] | None = None
@@ -100,6 +103,11 @@ class Surface:
             return self.name
         names = " ".join(parameter.name for parameter in self.parameters)
         return f"{self.name}_{hashlib.sha256(f'{digest(self.expression)} {names}'.encode()).hexdigest()[:16]}"
+
+    @property
+    def as_written(self) -> Expr:
+        """F as it was given, before any form of the same sign was taken: with every number as it stands there."""
+        return self.expression if self.written is None else self.written
 
     def sign_polynomial(self, values: Values) -> Expr | None:
         """Return a polynomial in x, y, z that has F's sign everywhere, for these parameter values, if one is known."""

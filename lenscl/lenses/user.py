@@ -61,6 +61,7 @@ def user_surface(text: str, parameters: Collection[str], bounds: Box) -> Surface
     return Surface(
         name="expression",
         expression=form,
+        written=None if form is expression else expression,
         polynomial=polynomial,
         holds=_NeverNegative(conditions) if conditions else None,
         parameters=tuple(

@@ -206,7 +206,7 @@ def sign_polynomial(surface: Surface) -> Expr | None:
         return parse(_EQUIVALENT[surface.name], ["x", "y", "z", *(each.name for each in surface.parameters)])
     allowed = {"number", "symbol", "+", "-", "neg", "*", "/", "power", "min", "max", "abs"}
     choices: set[Expr] = set()  # what holds a min, max or abs
-    for each in walk([surface.expression]):
+    for each in walk([surface.as_written]):
         if each.op not in allowed or (each.op == "/" and each.args[1].depends_on("xyz")):
             return None
         chosen = [arg for arg in each.args if arg in choices]
@@ -215,7 +215,7 @@ def sign_polynomial(surface: Surface) -> Expr | None:
         others = [arg for arg in each.args if arg is not chosen[0] and arg.depends_on("xyz")] if chosen else []
         if chosen and (each.op == "power" or (each.op == "*" and (others or len(chosen) > 1))):
             return None  # a product's sign is not the choice's where the other factor changes its own
-    return surface.expression
+    return surface.as_written
 
 
 _EQUIVALENT = {

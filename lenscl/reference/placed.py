@@ -26,7 +26,7 @@ class Placed:
     def __init__(self, lens: Lens) -> None:
         from flint import arb
 
-        self.expression = lens.surface.expression
+        self.expression = lens.surface.as_written
         self.values = {name: Jet(arb(value), (arb(0),) * 3) for name, value in lens.values.items()}
         self.along = {name: Jet(arb(value), (arb(0),)) for name, value in lens.values.items()}
         self.looks = 0  # at F along rays, so far: what an answer costs
