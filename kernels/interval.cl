@@ -73,9 +73,10 @@ static inline realv coordinate_error(realv o, realv d) {
   return (realv)(1 + INPUT_ROUNDINGS) * ROUNDING * (abs_v(o) + (realv)2 * abs_v(d)) + UNDERFLOW;
 }
 
-// The most that a band holds, as a number.
+// The most that a band holds, as a number, raised to where the curvatures of functions at a pole do not overflow.
 static inline band_t band_top(band_t a) {
-  const band_t c = {band_high(a), (realv)0, (realv)0 * a.error};
+  const realv smallest = (realv)16 / sqrt((realv)REAL_MAX);
+  const band_t c = {max_v(band_high(a), smallest), (realv)0, (realv)0 * a.error};
   return c;
 }
 
