@@ -67,7 +67,7 @@ class Surface:
     summary, formula, source : str
         One line on it; the formula as printed in books (a user's expression as written); where that comes from.
     written : Expr or None
-        F as the user wrote it, where `expression` is another one of the same sign; `as_written` is what proofs are about.
+        F as the user wrote it, where `expression` is another one of the same sign. Proofs are about `as_written`.
     polynomial : Expr or None
         A polynomial in x, y, z of the same sign as F, where F itself is none.
     holds : callable or None
