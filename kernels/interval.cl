@@ -81,10 +81,11 @@ static inline band_t band_top(band_t a) {
 }
 
 // A leaf of F that goes to infinity on the segment: its band, or where that tells nothing its sign. falls: the leaf goes to
-// minus infinity, and never is above `bound`; else to infinity, and never below.
+// minus infinity, and never is above `bound`; else to infinity, and never below. The sign is a band of the largest number, so
+// that nobody takes it for what the leaf is.
 static inline band_t band_or_sign(band_t a, band_t bound, bool falls) {
   const realv far = falls ? band_high(bound) : band_low(bound);
   const maskv told = falls ? far < (realv)0 : far > (realv)0;
-  const band_t sign = {told ? far : (realv)0, (realv)0, told ? (realv)0 : (realv)INFINITY};
+  const band_t sign = {falls ? (realv)-REAL_MAX : (realv)REAL_MAX, (realv)0, told ? (realv)0 : (realv)INFINITY};
   return band_pick(a.error < (realv)REAL_MAX, a, sign);
 }

@@ -284,7 +284,7 @@ def _bands_function(
     symbols = {part: part for part in bands} | shape_symbols(surface)
     used = {each.name for each in walk(outputs.values())}
     sided = {} if slopes_of else _one_sided(leaves, bands, floors, {*symbols})
-    outputs |= {f"{mark.name}_of": part for one in sided.values() for mark, part in one.parts.items()}
+    outputs |= {f"{mark.name}_of": part for some in sided.values() for one in some for mark, part in one.parts.items()}
     text = band_text(outputs, symbols=symbols, bands=bands, precision=precision, floors=floors)
     spelled = {leaf: f"{{{leaf}}}" for leaf in leaves}
     for leaf, some in turning.items():
@@ -304,8 +304,8 @@ def _bands_function(
 
 def _one_sided(
     leaves: Mapping[str, Expr], bands: Collection[str], floors: Mapping[str, float], taken: Collection[str]
-) -> dict[str, OneSided]:
-    """Return the leaves that go to infinity on one side, and how."""
+) -> dict[str, list[OneSided]]:
+    """Return the leaves that go to infinity, and how."""
     names = (unlike(f"most_{i}", taken) for i in count())
     found = {
         leaf: one_sided(
@@ -313,19 +313,19 @@ def _one_sided(
         )
         for leaf, of in leaves.items()
     }
-    return {leaf: one for leaf, one in found.items() if one is not None}
+    return {leaf: some for leaf, some in found.items() if some}
 
 
 def _signs_at_poles(
     leaves: Sequence[str],
-    sided: Mapping[str, OneSided],
+    sided: Mapping[str, Sequence[OneSided]],
     symbols: Mapping[str, str],
     bands: Collection[str],
     floors: Mapping[str, float],
     precision: Precision,
 ) -> Iterator[str]:
     """Yield what tells a leaf's sign where its band is unknown because it goes to infinity."""
-    for leaf, one in sided.items():
+    for leaf, one in ((leaf, one) for leaf, some in sided.items() for one in some):
         most = {str(mark.name): f"{{{mark.name}_of}}" for mark in one.parts}
         bound = band_text(
             {"bound": one.bound},

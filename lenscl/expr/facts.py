@@ -108,7 +108,11 @@ class Facts:
             case "abs":
                 return _of_size(parts[0])
             case "cbrt":
-                return _ZERO if (lows[0] or -1) >= 0 else None, _ZERO if (highs[0] or 1) <= 0 else None
+                low, high = parts[0]
+                return (
+                    _ZERO if low is not None and low >= 0 else None,
+                    _ZERO if high is not None and high <= 0 else None,
+                )
             case "max":
                 return max((low for low in lows if low is not None), default=None), _all(highs, max)
             case "min":

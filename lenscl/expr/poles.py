@@ -1,7 +1,8 @@
-"""Where an expression goes to infinity on one side: the bound that it has there all the same.
+"""Where an expression goes to infinity: the bound that it has there on the other side all the same.
 
 A logarithm of u >= 0 goes to minus infinity as u goes to 0, and 1 / u and u^-p to infinity. No interval about a value
-holds that; but u is no more than the most it is on a segment, and so log(u) is no more than the logarithm of that.
+holds that; but u is no more than the most it is on a segment, and so log(u) is no more than the logarithm of that. An
+expression that goes both ways, such as log(u) - log(v), has two bounds; where only u goes to 0 one of them is known.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 from lenscl.expr.graph import Expr, node, walk
 from lenscl.expr.operations import whole
 
-_RISING = ("exp", "cbrt", "tanh", "sqrt")
+_RISING = ("exp", "cbrt", "tanh")  # of all numbers: what has no value for some is not told by its bound
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +38,8 @@ class OneSided:
 
 def one_sided(
     expr: Expr, is_nonnegative: Callable[[Expr], bool], varies: Callable[[Expr], bool], name: Callable[[int], Expr]
-) -> OneSided | None:
-    """Return how an expression goes to infinity, None where it does not, or in a way that no bound is known of.
+) -> list[OneSided]:
+    """Return how an expression goes to minus infinity and how to infinity, of both what a bound is known of.
 
     Parameters
     ----------
@@ -52,26 +53,31 @@ def one_sided(
     order = list(walk([expr]))
     poles = {each: side for each in order if (side := _pole(each, is_nonnegative, varies)) is not None}
     if not poles:
-        return None
-    ways: dict[Expr, set[int]] = {}  # by how the expression goes where a pole goes to infinity: 1, -1; 0 where unknown
-    for each in order:
-        if each in poles:
-            ways[each] = {poles[each]}
-        else:
-            ways[each] = {way * sign for arg, sign in _signs(each) for way in ways[arg]}
-    if ways[expr] not in ({1}, {-1}):
-        return None
+        return []
+    ways: dict[Expr, set[int]] = {expr: {1}}  # whether the expression rises with a part, 1, falls, -1, or neither, 0
+    for each in reversed(order):
+        for arg, sign in [] if each in poles else _signs(each, is_nonnegative):
+            ways.setdefault(arg, set()).update(way * sign for way in ways.get(each, ()))
+    found = []
+    for side in (-1, 1):
+        going = {each for each, own in poles.items() if ways.get(each) == {side * own}}
+        if going:
+            found.append(_bounded(order, going, side, name))
+    return found
+
+
+def _bounded(order: list[Expr], poles: set[Expr], side: int, name: Callable[[int], Expr]) -> OneSided:
+    """Return the bound of an expression, the last of `order`, with symbols in the places of what these poles are of."""
     made: dict[Expr, Expr] = {}
-    parts: dict[Expr, Expr] = {}
+    marks: dict[Expr, Expr] = {}
     for each in order:
         args = [made[arg] for arg in each.args]
         if each in poles:
             place = 1 if each.op == "/" else 0
-            found = next((mark for mark, part in parts.items() if part is each.args[place]), None)
-            args[place] = found or name(len(parts))
-            parts[args[place]] = each.args[place]
+            part = each.args[place]
+            args[place] = marks[part] = marks.get(part) or name(len(marks))
         made[each] = node(each.op, *args) if each.args else each
-    return OneSided(ways[expr] == {-1}, made[expr], parts)
+    return OneSided(side < 0, made[order[-1]], {mark: part for part, mark in marks.items()})
 
 
 def _pole(each: Expr, is_nonnegative: Callable[[Expr], bool], varies: Callable[[Expr], bool]) -> int | None:
@@ -85,7 +91,7 @@ def _pole(each: Expr, is_nonnegative: Callable[[Expr], bool], varies: Callable[[
     return None
 
 
-def _signs(each: Expr) -> list[tuple[Expr, int]]:
+def _signs(each: Expr, is_nonnegative: Callable[[Expr], bool]) -> list[tuple[Expr, int]]:
     """Return the operands, and whether the operation rises with each, 1, falls, -1, or neither, 0."""
     match each.op:
         case "+" | "max" | "min":
@@ -102,6 +108,18 @@ def _signs(each: Expr) -> list[tuple[Expr, int]]:
             return [(u, sign), (v, 0)]
         case "power":
             return [(each.args[0], whole(each.args[1]) % 2)]
+        case "sqrt" if _is_never_negative(each.args[0], is_nonnegative):
+            return [(each.args[0], 1)]
         case op if op in _RISING:
             return [(each.args[0], 1)]
     return [(arg, 0) for arg in each.args]
+
+
+def _is_never_negative(u: Expr, is_nonnegative: Callable[[Expr], bool]) -> bool:
+    """Say whether u >= 0 is known wherever u has a value, poles of its parts included."""
+    at: dict[Expr, bool] = {}
+    for each in walk([u]):
+        parts = [at[arg] for arg in each.args]
+        kept = each.op in ("+", "*", "/", "min") and all(parts)
+        at[each] = kept or each.op == "pow" or (each.op == "max" and any(parts)) or is_nonnegative(each)
+    return at[u]

@@ -20,6 +20,7 @@ from lenscl.expr.simplify import power
 Level: TypeAlias = "Fraction | Expr"  # a number, exactly, or what is made of parameters alone
 NOTHING = Fraction(0)
 _COORDINATES = ("x", "y", "z")
+_LARGEST_POWER = 1e300  # its multiples are numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +131,47 @@ def _factor(facts: Facts, t: Expr, c: Level) -> Step | None:
         if sign:
             return Step(sign, u, NOTHING)
     return None
+
+
+def _signed_size(facts: Facts, t: Expr, c: Level) -> Step | None:
+    if c != 0:
+        return None
+    for size, u in (t.args[::-1], t.args):
+        if u.depends_on(_COORDINATES) and _is_size(facts, size, _core(u)):
+            return Step(1, u, NOTHING)
+    return None
+
+
+def _is_size(facts: Facts, w: Expr, core: Expr) -> bool:
+    """Say whether w is 0 where `core` is, and positive where that has any other value."""
+    match w.op:
+        case "abs":
+            return _core(w.args[0]) is core
+        case "power":
+            return _is_size(facts, w.args[0], core) or (whole(w.args[1]) % 2 == 0 and _core(w.args[0]) is core)
+        case "sqrt" | "cbrt" | "tanh":
+            return _is_size(facts, w.args[0], core)
+        case "pow":
+            return (w.args[1].value or 0.0) > 0.0 and _is_size(facts, w.args[0], core)
+        case "*" | "/":
+            u, v = w.args
+            if w.op == "*" and _is_size(facts, v, core):
+                u, v = v, u
+            is_kept = w.op == "*" and _is_size(facts, v, core)  # by a second size
+            return _is_size(facts, u, core) and (is_kept or _sure_sign(facts, v) > 0)
+    return False
+
+
+def _core(u: Expr) -> Expr:
+    """Return what has the zeros of u, and a value where u has one: without its multiples, odd powers and the like."""
+    while True:
+        is_multiple = u.op in ("*", "/") and bool(u.args[1].value)
+        if is_multiple or u.op in ("neg", "cbrt", "tanh") or (u.op == "power" and whole(u.args[1]) % 2):
+            u = u.args[0]
+        elif u.op == "*" and u.args[0].value:
+            u = u.args[1]
+        else:
+            return u
 
 
 def _quotient(facts: Facts, t: Expr, c: Level) -> Step | None:
@@ -251,6 +293,7 @@ OUTER: tuple[Outer, ...] = (
     ),
     Outer("*", "k u - c ~ k (u - c / k)", "k a number, not 0", _multiple, is_affine=True),
     Outer("*", "u v ~ u", "c = 0; v > 0 everywhere; ~ -u where v < 0 everywhere", _factor),
+    Outer("*", "u |u| ~ u; sqrt(|u|), u^2 and the like for |u|", "c = 0", _signed_size),
     Outer("/", "u / k - c ~ k (u - c k)", "k a number, not 0", _share, is_affine=True),
     Outer("/", "u / v - c ~ u - c v", "v > 0 everywhere; ~ c v - u where v < 0 everywhere", _quotient),
     Outer("/", "k / u - c ~ k / c - u", "k and c of one sign, u >= 0; at u = 0 it is infinite", _reciprocal),
@@ -301,17 +344,22 @@ def _size(facts: Facts, w: Expr) -> Expr | None:
     return w.args[0] if low is not None and low >= 0 else None
 
 
-def _real_power_of_square(_: Facts, w: Expr) -> Expr | None:
+def _real_power_of_square(facts: Facts, w: Expr) -> Expr | None:
     u, p = w.args
     if p.value == 0.5:
         root = build("sqrt", u)
-        return _root_of_power(_, root) or root
-    if u.op != "power" or whole(u.args[1]) % 2 or not p.value or p.value < 0.0:
+        return _root_of_power(facts, root) or root
+    if u.op != "power" or whole(u.args[1]) % 2 or abs(p.value or 0.0) > _LARGEST_POWER:
         return None
-    total = Fraction(p.value) * whole(u.args[1])
-    if total.denominator != 1 or total > MAX_POWER:
-        return None
-    return power(build("abs", u.args[0]) if total % 2 else u.args[0], int(total))
+    n = whole(u.args[1])
+    size = build("abs", u.args[0])
+    size = _size(facts, size) or size
+    if p.value is None:
+        return build("pow", size, number(float(n)) * p)
+    total = Fraction(p.value) * n
+    if total.denominator == 1 and 0 < total <= MAX_POWER:
+        return power(u.args[0] if total % 2 == 0 else size, int(total))
+    return build("pow", size, number(float(total)))
 
 
 def _inverse(_: Facts, w: Expr) -> Expr | None:
@@ -324,6 +372,6 @@ IDENTITIES: tuple[Identity, ...] = (
     Identity("power", "sqrt(u)^(2 n) = u^n; hypot and |u| and cbrt likewise", "sqrt: u >= 0", _power_of_root),
     Identity("cbrt", "cbrt(u^(3 n)) = u^n", "", _root_of_cube),
     Identity("abs", "|u| = u", "u >= 0", _size),
-    Identity("pow", "u^0.5 = sqrt(u), (u^(2 m))^p = |u|^(2 m p)", "2 m p whole and positive", _real_power_of_square),
+    Identity("pow", "u^0.5 = sqrt(u), (u^(2 m))^p = |u|^(2 m p)", "", _real_power_of_square),
     Identity("log", "log(exp(u)) = u", "", _inverse),
 )

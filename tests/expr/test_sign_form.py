@@ -58,7 +58,10 @@ def _operations(op: str) -> Any:
         return ([u, number(p)] for u in [*POOL, node("power", x, number(4.0))] for p in (0.5, 0.75, 1.5, -0.25))
     if op in ("neg", "sqrt", "cbrt", "abs", "exp", "log", "tanh"):
         return ([u] for u in POOL)
-    return itertools.product(POOL[::2], POOL[::3]) if op in ("/", "*", "atan2") else itertools.product(POOL, POOL)
+    if op == "*":
+        sizes = ([u, node("sqrt", node("abs", u))] for u in POOL)
+        return itertools.chain(itertools.product(POOL[::2], POOL[::3]), ([node("abs", u), u] for u in POOL), sizes)
+    return itertools.product(POOL[::2], POOL[::3]) if op in ("/", "atan2") else itertools.product(POOL, POOL)
 
 
 @pytest.mark.parametrize("rule", OUTER, ids=lambda rule: rule.identity)
@@ -130,6 +133,12 @@ FORMS = {
     "4 - 1/(x^2 + y^2 + z^2)": "x^2 + y^2 + z^2 - 0.25",
     "abs(sqrt(x^2 + y^2 + z^2) - 0.75) - 0.25": "max(x^2 + y^2 + z^2 - 1, 0.25 - (x^2 + y^2 + z^2))",
     f"atan2({F}, 1 + z^2)": F,
+    f"{F}*abs({F})": F,
+    f"-3*{F}^3*sqrt(abs(2*{F}))/(1 + x^2)": f"-{F}",
+    f"tanh({F})*(abs({F})^0.3*{F}^2)": F,
+    f"{F}*(abs({F})*exp(x))": F,
+    "sqrt(cbrt(x^2 + y^2 + z^2)) - 0.5": "x^2 + y^2 + z^2 - 0.015625",
+    "(x^2)^0.75 + (y^4)^k + (z^2)^-0.3 - 1": "abs(x)^1.5 + abs(y)^(4*k) + abs(z)^-0.6 - 1",
     # A ball in which the solid lies, and which it decides nothing of
     f"max({F}, x^2 + y^2 + z^2 - 1.4)": F,
     f"max(x^2 + y^2 + z^2 - 1.4, tanh({F}), z - 0.3)": f"max({F}, z - 0.3)",
@@ -158,6 +167,10 @@ KEPT = [
     *(f"log({F})", f"sqrt({F} + 0.4) - 0.7", "pow(x, 0.75) - 0.2", "sqrt(x)^2 - 0.5", f"{F}/(0.5 + x)", "1/x - 2"),
     *(
         f"{F}*sqrt(x)",
+        f"{F}*abs({F} + 0.1)",
+        f"{F}*abs({F})*x",
+        f"{F}*abs(x)",
+        "x*sqrt(x)",
         f"{F}*(1/x^2)",
         f"{F}/(1 + sqrt(x))",
         "sqrt(x)*sqrt(x) - 0.2",

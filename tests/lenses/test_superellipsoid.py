@@ -120,3 +120,15 @@ def test_rays_go_where_sampling_of_the_printed_formula_says(e1: float, e2: float
         apart = off(said, paths.origin, paths.direction)[told]
         assert np.median(apart) < 1e-7
         assert (apart < 1e-3).mean() > 0.97
+
+
+@pytest.mark.parametrize(("e1", "e2"), [(1.5, 1.5), (0.3, 1.7), (1.0, 1.9)])
+def test_the_formula_as_printed_is_decided_where_its_powers_are_less_than_1(e1: float, e2: float) -> None:
+    film = {"size": [21, 21]}
+    printed = {"surface": BARR.replace("e1", str(e1)).replace("e2", str(e2)), "bounds": [[-1.1] * 3, [1.1] * 3]}
+    found, known = lenscl.trace(make_scene(printed, film=film)), lenscl.trace(scene_of(e1, e2, film=film))
+    assert found.counts()[RayStatus.UNDECIDED] == 0
+    np.testing.assert_array_equal(found.events, known.events)
+    near = np.abs(known.st) < 10.0
+    np.testing.assert_allclose(found.st[near], known.st[near], atol=1e-8)
+    assert (found.events > 0).sum() > 80

@@ -172,6 +172,33 @@ def test_every_operation_on_the_unknown_is_unknown_whichever_its_numbers(precisi
 
 
 @pytest.mark.parametrize("precision", ["single", "double"])
+def test_a_sign_at_a_pole_is_taken_for_no_value(precision: str) -> None:
+    """From a bound on one side alone nothing is known of the other: the sign stands beside the largest number."""
+    words = "\n".join(fragment(name) for name in METHODS["interval"].words)
+    body = """
+        const band_t a = {in_0, in_1, in_2}, bound = {in_3, (realv)0, in_4};
+        const band_t falls = band_or_sign(a, bound, true), rises = band_or_sign(a, bound, false);
+        out_0 = falls.mid; out_1 = falls.error; out_2 = rises.mid; out_3 = rises.error; out_4 = falls.rise;"""
+    probe = Probe((), body, 5, 5, precision, 4, words, is_plain=True)
+    levels = np.array([-1e-3, -0.5, 0.0, 0.2, 7.0, np.nan, np.inf, -np.inf])
+    unknown = UNKNOWN[~np.isfinite(UNKNOWN[:, 2])]
+    rows = np.array([[*a, level, 0.1] for a in unknown for level in levels])
+    below, below_by, above, above_by, _ = np.asarray(probe(*rows.T)).reshape(len(rows), 5).T
+    level = rows[:, 3]
+    largest = float(np.finfo(REALS[precision]).max)
+    told = below_by == 0.0
+    np.testing.assert_array_equal(told, np.isfinite(level) & (level < -0.1))
+    assert (below[told] == -largest).all()
+    assert not np.isfinite(below_by[~told]).any()
+    told = above_by == 0.0
+    np.testing.assert_array_equal(told, np.isfinite(level) & (level > 0.1))
+    assert (above[told] == largest).all()
+    assert not np.isfinite(above_by[~told]).any()
+    known = np.asarray(probe(*np.array([[0.3, 0.2, 1e-3, -5.0, 0.1]] * 4).T)).reshape(4, 5)[0]
+    np.testing.assert_allclose(known, [0.3, 1e-3, 0.3, 1e-3, 0.2], rtol=1e-6)
+
+
+@pytest.mark.parametrize("precision", ["single", "double"])
 def test_bands_of_any_size_hold_their_values_or_are_unknown(precision: str) -> None:
     """What leaves the range of numbers inside an operation is unknown, and what is flushed to zero is counted."""
     largest = float(np.log10(np.finfo(REALS[precision]).max))
