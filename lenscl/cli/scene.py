@@ -128,8 +128,8 @@ def _part(name: str, part: float) -> str:
 
 def _not_excluded(caustic: Caustic) -> str:
     """Return what the account of light may be off by, in words."""
-    at_outlines = caustic.not_excluded - caustic.bent
-    said = f"not excluded: at most {100 * at_outlines:.2g} % of the light, at outlines of lenses, ends elsewhere"
+    at_edges = caustic.not_excluded - caustic.bent
+    said = f"not excluded: at most {100 * at_edges:.2g} % of the light, at outlines, edges and folds, ends elsewhere"
     if caustic.bent > 0:
         said += (
             f"; nor for {100 * caustic.bent:.2g} %, which a lens has bent, that it meets details of lenses finer than "

@@ -21,10 +21,11 @@ those again and so on, where it is
 - at an outline: bounds of the lenses do not exclude that one lies in it, see `lenscl.tracing.outlines`.
 
 What ends otherwise than corners say, unseen, lies at an outline. So the account has a figure of what is not excluded:
-the light of all tubes that are torn or at an outline in the end, which are some `_ALL_TO` film pixels wide, or less if
-they are few. What is torn goes where the rays through the middles of its quarters go. Bounds say this of straight rays
-alone. Light that a lens has bent and that may meet a surface after that is looked after by corners: all of it is in
-that figure, too, and named for itself.
+the light of all tubes that are torn, bent or at an outline in the end, which are some `_ALL_TO` film pixels wide, or
+less if they are few. What is torn goes where the rays through the middles of its quarters go. A tube stays bent on a
+fold, and where an edge of a lens parts its light: there its triangles reach over places that get none. Bounds find the
+outlines that straight rays meet. Light that a lens has bent and that may meet a surface after that is looked after by
+corners alone: all of it is in that figure, too, and named for itself.
 """
 
 from __future__ import annotations
@@ -214,14 +215,15 @@ class _Tubes:
             self.outlines.refine(size / 2)
             is_sought = is_torn | (is_marked & (size > self.outlines.finest))
             is_open = is_torn | is_marked
+            is_told = is_open | is_bent
             flux = _flux(self.scene, at, size)
             is_cut = is_bent & (size > (_BENT_TO if is_bent.sum() <= _FEW else _ALL_TO))
             is_worth = is_sought.sum() <= _FEW and flux[is_open].sum() > _ENOUGH * total
             if size > (_SMALLEST if is_worth else _ALL_TO):
                 is_cut |= is_sought
-            self.account.not_excluded += float(flux[is_open & ~is_cut].sum())
+            self.account.not_excluded += float(flux[is_told & ~is_cut].sum())
             whole, torn = ~is_cut & ~is_torn, ~is_cut & is_torn
-            self.account.add_tubes(tubes.some(whole), flux[whole])
+            self.account.add_tubes(tubes.some(whole), flux[whole], is_told[whole])
             self._add_torn(at[torn], flux[torn].sum(axis=-1), size)
             at, tubes = at[is_cut], tubes.some(is_cut)
 

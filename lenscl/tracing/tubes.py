@@ -199,16 +199,19 @@ class Account:
         self.weights = weights
         self.cells = Cells(rows, columns, len(weights))
         self.landed = 0.0  # on the picture or beside it
-        self.not_excluded = 0.0  # through tubes whose light may end otherwise
+        self.not_excluded = 0.0  # through tubes whose light may end elsewhere
         self.bent = 0.0  # through other tubes, that lenses have bent
         self.records: list[Mapping[str, Any]] = []
         self.ends = dict.fromkeys((*(status.name.lower() for status in RayStatus), "reflected", "absorbed"), 0.0)
 
-    def add_tubes(self, corners: TubeRays, flux: Array) -> None:
-        """Spread the light of tubes, shape (N, 4); flux, shape (N, 2), is that of their triangles."""
+    def add_tubes(self, corners: TubeRays, flux: Array, is_told: NDArray[np.bool_] | None = None) -> None:
+        """Spread the light of tubes, shape (N, 4); flux, shape (N, 2), is that of their triangles.
+
+        `is_told`, shape (N,), marks those that `not_excluded` counts; without it, it counts none of them.
+        """
         lands = np.isin(corners.status[:, 0], LANDS)
         is_straight = corners.events[:, 0] <= (corners.status[:, 0] == RayStatus.BLOCKED)
-        self.bent += float(flux[~is_straight].sum())
+        self.bent += float(flux[~is_straight if is_told is None else ~is_straight & ~is_told].sum())
         for number, triangle in enumerate(_TRIANGLES):
             share = corners.refracted[:, triangle]
             let = share[..., np.newaxis] * corners.left[:, triangle]

@@ -10,6 +10,7 @@ from scenes import make_scene
 
 from lenscl import trace, trace_rays
 from lenscl.config import Scene
+from lenscl.status import RayStatus
 from lenscl.tracing import Caustic
 from lenscl.tracing.flux import flux_at
 from lenscl.tracing.placement import Placement
@@ -165,3 +166,25 @@ def test_light_that_is_bent_before_it_may_meet_a_needle_is_named_in_the_account(
     assert found.bent == pytest.approx(shadow(scene, 0) / found.flux, abs=2 * rest)
     _, fine = caustic(ball, needle, columns=90)
     assert abs(found.shares["blocked"] - fine.shares["blocked"]) <= found.not_excluded + fine.not_excluded - fine.bent
+
+
+def test_light_that_an_edge_parts_is_in_the_account_though_no_outline_is_in_sight() -> None:
+    """A roof wider than the light: each slope sends light to its own side of a narrow picture, and little onto it."""
+    roof = {"surface": "prism", "apex": 140.0, "stretch": [3.0, 3.0, 3.0], "rotate": [90.0, 0.0, 20.0], "n": 1.5}
+    scene = make_scene(
+        roof,
+        source={"kind": "parallel", "direction": [0.03, 0.01, -1.0]},
+        film={"size": [5, 5]},
+        picture={"corner": [-0.1, 0.1, -4.5], "right": [0.2, 0.0, 0.0], "down": [0.0, -0.2, 0.0], "size": [64, 64]},
+        effects={"caustics": True},
+    )
+    found = trace(scene).caustic
+    assert found is not None
+    side = 700
+    ends = trace(scene.replace({"effects.caustics": False, "film.size": [side, side]})).status
+    share = float((ends == RayStatus.PICTURE).mean())
+    assert share > 1e-3
+    assert found.bent == 0.0
+    assert found.not_excluded < 0.01
+    assert abs(found.shares["picture"] - share) > 2e-5  # an edge is in sight, or nothing is shown
+    assert abs(found.shares["picture"] - share) <= found.not_excluded
