@@ -99,7 +99,6 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
     study = open_study(study_path, overrides)
     if study.scene.wavelengths:
         refuse_wavelengths(output)
-    tell_stretched([study.scene], ())
     raymap, achieved = _trace(study, study.images)
     error = None
     if with_error:
@@ -114,6 +113,7 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
         stored, pixels = error_in_file(output, raymap, error), max(largest_size(study.scene, study.images))
         is_st_map = output.suffix.lower() == ".exr"
         click.echo(_bounded(raymap, stored, pixels) + (_AS_FLOAT32 if is_st_map else ""), err=True)
+    tell_stretched([study.scene], ())
     if has_failed:
         raise SystemExit(SOME_FAILED)
 
@@ -166,7 +166,6 @@ def _render(study: Study, image: Path, output: Path) -> bool:
     from lenscl.version import program_version
 
     picture = read_picture(image)
-    tell_stretched([study.scene], [image])
     raymap, achieved = _trace(study, [*study.images, image])
     painted, encoding = paint_as_told(painter_of(raymap), picture, study.scene, output.suffix.lower()[1:])
     metadata = {
@@ -176,7 +175,9 @@ def _render(study: Study, image: Path, output: Path) -> bool:
         "scene": study.scene.to_toml(),
     }
     write_image(output, painted, metadata=metadata, encoding=encoding)
-    return _report(output, raymap, achieved)
+    has_failed = _report(output, raymap, achieved)
+    tell_stretched([study.scene], [image])
+    return has_failed
 
 
 def _trace(study: Study, images: Iterable[Path]) -> tuple[RayMap, Achieved | None]:

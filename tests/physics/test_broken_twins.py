@@ -44,7 +44,8 @@ def scene_of(name: str) -> Scene:
             return make_scene({"surface": "sphere", "r": 0.5}, film=FILM)
         case "beyond":  # F is less than 0 in a second ball, which is no part of the solid: it lies beyond the box
             other = "(x^2 + y^2 + (z + 1.5)^2 - 0.36)"
-            balls = {"surface": f"(x^2 + y^2 + z^2 - 0.36)*{other}", "bounds": [[-0.7] * 3, [0.7] * 3]}
+            # Less a little, for a product alone would be searched as its first factor, the other one being positive
+            balls = {"surface": f"(x^2 + y^2 + z^2 - 0.36)*{other} - 1e-9", "bounds": [[-0.7] * 3, [0.7] * 3]}
             return make_scene(balls, film=FILM)
         case "edge":
             return edge_on_edge("double")
