@@ -6,6 +6,7 @@ decimal comma, text without quotation marks), that is said as well.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 
@@ -18,6 +19,7 @@ _PLACE = re.compile(r" *\(at line (\d+), column (\d+)\)$|\(at end of document\)$
 _KEY = r"(?:[\w-]+|\"[^\"]*\"|'[^']*')"
 _HEADER = re.compile(rf"\s*(\[\[?)\s*({_KEY}(?:\s*\.\s*{_KEY})*)\s*(\]\]?)\s*(?:#.*)?")
 _PAIR = re.compile(rf"\s*({_KEY}(?:\s*\.\s*{_KEY})*)\s*=(.*)")
+_CONSTANTS = {"pi": math.pi, "tau": math.tau, "e": math.e}
 _SMART = "“”„‟‘’‚‛«»＂"
 
 
@@ -140,6 +142,8 @@ def _advice(line: str, column: int, reason: str) -> str:
         return "a table is written [source], a lens [[lens]], with as many brackets behind the name as before it"
     if any(mark in line for mark in _SMART):
         return 'quotation marks are the straight ones, "..."'
+    if reason == "Invalid statement" and line[column - 1 : column].isalpha():
+        return "a key is of the letters a to z, digits, _ and -; other letters and signs stand in quotation marks"
     if pair is None:
         if re.match(rf"\s*{_KEY}\s*:", line):
             return "a key and its value are joined by =, such as n = 1.5"
@@ -151,6 +155,10 @@ def _advice(line: str, column: int, reason: str) -> str:
 
 def _value_advice(key: str, value: str, reason: str) -> str:
     """Return how a value is written."""
+    if re.search(r"\s(//|--|;|%)(\s|$)", value) and value[0] not in "\"'":
+        return "a remark begins with #"
+    if value in _CONSTANTS:
+        return f"nothing is computed here: write the number itself, {key} = {_CONSTANTS[value]!r}"
     if not value:
         return f"write a value behind {_named(key)} =, or leave the key out"
     if value.endswith(";"):

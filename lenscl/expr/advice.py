@@ -40,6 +40,7 @@ _ADVICE = {
 }
 _SIGNS = {"=": "=", "<": "<", ">": ">", "≤": "<", "≥": ">", "⩽": "<", "⩾": ">"}
 _ALLOWED = "allowed are numbers, names, ( ) , and + - * / ^"
+_WORDS = re.compile(r"\b(if|else|and|or|not|lambda)\b|&&|\|\||\?")  # that join conditions, or choose by them
 _INSIDE = "write the surface as an expression that is negative inside"
 
 _CONSTANTS = {"pi": "3.141592653589793", "tau": "6.283185307179586", "e": "2.718281828459045"}
@@ -107,6 +108,8 @@ def for_character(text: str, column: int) -> str:
     found = text[column]
     if found in _SIGNS:
         pieces = "" if found == "=" else "; for pieces use min, max and abs"
+        if _WORDS.search(text) or len(re.findall(r"[<>≤≥⩽⩾]", text)) > 1:
+            return f"{_INSIDE}: max(F, G) where both conditions hold, min(F, G) where either does"
         return _for_relation(text, column, _SIGNS[found]) + pieces
     if found in _ADVICE:
         return _ADVICE[found].replace("...", _operand(text, column), 1)
@@ -119,8 +122,10 @@ def for_character(text: str, column: int) -> str:
         return f"write {unicodedata.numeric(found, 0.5):.15g}"
     if plain != found and plain.isascii() and plain.isprintable():
         return f"write {plain}"
+    if (digit := unicodedata.decimal(found, None)) is not None:
+        return f"write {digit}"
     if found.isalnum():
-        return "names are of the letters a to z, digits and _; write another name"
+        return "names are of the letters a to z, digits and _; type this one anew, or write another name"
     return _ALLOWED
 
 

@@ -103,6 +103,10 @@ def test_what_is_no_expression_is_refused_at_its_column(text, column, message):
 
 OTHERWISE = {  # text: column, what the message names, and what it says to write
     "x² + y²": (1, "'²' (superscript two, U+00B2)", "x^2"),
+    "x - ٠": (4, "arabic-indic digit zero", "write 0"),
+    "-1 < x < 1": (3, "'<'", "max(F, G) where both conditions hold"),
+    "x > 0 and y > 0": (2, "'>'", "max(F, G) where both conditions hold"),
+    "x if x > 0 else -x": (7, "'>'", "min(F, G) where either does"),
     "x³": (1, "superscript three", "^3 or **3"),
     "k⁻¹²": (1, "superscript minus", "k^-12"),
     "(x + y)²": (7, "superscript two", "(...)^2"),
