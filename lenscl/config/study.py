@@ -198,10 +198,9 @@ class Study:
             read = read_table(SweepTable, {"sweep": settings}, "sweep", problems.append)
             if read is not None:
                 if "mode" in settings and (read.mode == "grid") != (sweep.mode == "grid"):
-                    problems.append(
-                        f"sweep.mode: the axes are written for {short(sweep.mode)}, not {short(read.mode)}; change mode "
-                        "and axes in the file: an axis of a grid lists values, one of a sample is { min = ..., max = ... }"
-                    )
+                    written = f"the axes are written for {short(sweep.mode)}, not {short(read.mode)}"
+                    kinds = "an axis of a grid lists values, one of a sample is { min = ..., max = ... }"
+                    problems.append(f"sweep.mode: {written}; change mode and axes in the file: {kinds}")
                 sweep = replace(sweep, **{name: getattr(read, name) for name in settings})
                 check_count(sweep, problems.append)
         return title, output, sweep
