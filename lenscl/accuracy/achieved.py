@@ -170,7 +170,7 @@ def check_rays(
 
 
 def _may_be_met(judgement: Judgement, wanted: Accuracy) -> bool:
-    """Whether a sample's figures are not beyond a wish for certain."""
+    """Return whether a sample leaves it possible that the wish is met."""
     error, differ = judgement.distances(wanted.unit).high, judgement.differ
     return (error.low is None or error.low <= wanted.value) and (differ.low is None or differ.low <= MOST_DIFFER)
 

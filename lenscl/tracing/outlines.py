@@ -3,7 +3,7 @@
 Input: a scene. Output: squares of the film outside which straight rays from the source meet every lens alike.
 
 A straight ray p + t d meets a solid F <= 0 where F = 0. From ray to ray the number of such places changes at an outline
-alone: where F = 0 and its slope along the ray, grad F . d, is 0 as well; so says the theorem on implicit functions, and
+alone: where F = 0 and its slope along the ray, grad F . d, is 0 as well; that is the implicit function theorem, and
 a solid lies inside its box. A lens's box is parted again and again, and a part is left out where bounds of interval
 arithmetic exclude F = 0, or exclude that the slope is 0, or where it lies beside all rays of the film. What stays is
 projected from the source onto the film.
@@ -73,7 +73,7 @@ class _Parts:
     def on_film(self, film: tuple[int, int]) -> tuple[Array, Array, Mask]:
         """Return the least and the largest (column, row) that they cover, and whether rays of the film may meet them.
 
-        A part that lies beside the source covers what it likes.
+        A part that reaches the source's distance may cover any place of the film.
         """
         linear, size = self.onto[:, :3], np.array(film, dtype=np.float64)
         middles, halves = self.middles @ linear.T + self.onto[:, 3], self.halves[:, None] * linear
