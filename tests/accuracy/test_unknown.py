@@ -268,6 +268,21 @@ def test_given_rays_are_held_to_the_wish_themselves(planner: Planner, monkeypatc
     assert (beside.events == 0).all()
 
 
+def test_given_rays_may_have_what_the_film_cannot(planner: Planner) -> None:
+    """A film behind a noisy lens cannot have a wish that rays beside the lens fulfil."""
+    scene = noisy(1e5, "1e-6 px")
+    points = np.array([[x, 0.1, 4.0] for x in (0.0, 0.1, 2.0, 2.5)])
+    with pytest.raises(StudyError, match=r"numerics\.accuracy"):
+        planner.trace(scene)
+    with pytest.raises(StudyError, match=r"numerics\.accuracy"):
+        planner.trace_rays(scene, points, [[0.0, 0.0, -1.0]] * 4)
+    paths, achieved = planner.trace_rays(scene, points[2:], [[0.0, 0.0, -1.0]] * 2)
+    assert achieved is not None
+    assert achieved.is_met
+    np.testing.assert_array_equal(paths.events, [0, 0])
+    assert (paths.status == RayStatus.PICTURE).all()
+
+
 def test_given_rays_of_several_wavelengths_are_checked_at_each() -> None:
     scene = make_scene({"surface": "sphere", "n": "SF10"}, effects={"dispersion": 3}, film={"size": [8, 8]})
     points, directions = np.array([[0.1, 0.2, 4.0], [0.0, -0.3, 4.0]]), np.array([[0.0, 0.0, -1.0]] * 2)
