@@ -1,11 +1,12 @@
 """Rays of which nothing is known: they never count as rays that meet a wish.
 
-The noisy lens is a sphere whose F is a difference of large numbers: in double precision its last digits are lost, no
-ray through it has an error bound, and the rays are off by parts of a pixel.
+The noisy lens is a sphere whose F is a difference of large numbers: in double precision its last digits are lost, the
+rays are off by parts of a pixel, and many of them have no error bound.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
@@ -133,7 +134,8 @@ def test_a_noisy_lens_does_not_meet_what_its_rays_miss(planner: Planner, k: floa
         planner.trace(noisy(k, "1e-6 px"))
     text = str(refused.value)
     assert text.startswith('numerics.accuracy: "1e-06 px" cannot be reached')
-    assert "100 % of the rays through a lens have no error bound" in text
+    share = float(text.split(" % of the rays through a lens have no error bound")[0].split()[-1])
+    assert 1.0 < share <= 100.0
     assert "without differences of large numbers" in text
     reachable = float(text.split("within ")[1].split(" px")[0])
     error = certified_error(trace(noisy(k)))[0]
@@ -144,7 +146,8 @@ def test_a_noisy_lens_meets_a_coarser_wish_by_certified_answers(planner: Planner
     raymap, achieved = planner.trace(noisy(1e5, "3 px"))
     assert achieved is not None
     assert achieved.against == "certified answers"
-    assert (achieved.unbounded, achieved.unknown) == (1.0, 0)
+    assert 0.01 < achieved.unbounded <= 1.0  # too many to be proved one by one
+    assert achieved.unknown == 0
     error, differ = certified_error(raymap)
     assert 1e-3 < error == pytest.approx(achieved.error)
     assert differ == achieved.differ == 0.0
@@ -159,7 +162,9 @@ def test_without_certified_answers_the_share_of_unknown_rays_is_said(
     with pytest.raises(StudyError) as refused:
         planner.trace(noisy(2e5, "0.5 px"))
     text = str(refused.value)
-    assert text.startswith("numerics.accuracy: of 100 % of the rays through a lens no error can be told")
+    share = re.match(r"numerics\.accuracy: of ([\d.]+) % of the rays through a lens no error can be told", text)
+    assert share is not None
+    assert 0.1 < float(share[1]) <= 100.0
     for advice in ("lens.surface", "numerics.method and numerics.precision", "pip install 'lenscl[accuracy]'"):
         assert advice in text
     assert planner.trace(noisy(1.0, "0.5 px"))[1].is_met  # type: ignore[union-attr]
@@ -260,7 +265,7 @@ def test_given_rays_are_held_to_the_wish_themselves(planner: Planner, monkeypatc
     scene = make_scene(NOISY | {"k": 1e5}, film=aside, numerics={"accuracy": "1e-6 px"})
     x = np.linspace(-0.35, 0.35, 9)
     points = np.stack([x, 0.3 * x, np.full(9, 4.0)], axis=1)
-    with pytest.raises(StudyError, match="have no error bound"):
+    with pytest.raises(StudyError, match="cannot be reached"):
         lenscl.trace_rays(scene, points, [[0.0, 0.0, -2.0]] * 9)
     paths = lenscl.trace_rays(scene.replace({"lens.k": 1.0}), points, [[0.0, 0.0, -2.0]] * 9)
     assert (paths.events == 2).all()
