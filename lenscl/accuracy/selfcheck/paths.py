@@ -12,7 +12,7 @@ from lenscl.accuracy.selfcheck.bends import bends, stopped
 from lenscl.accuracy.selfcheck.causes import with_causes
 from lenscl.accuracy.selfcheck.findings import LAWS, MOST_FAILURES, UNCHECKED, SelfCheck
 from lenscl.accuracy.selfcheck.hits import SAFETY, Hits, Tolerance, candidates, chosen
-from lenscl.accuracy.selfcheck.legs import Clear, landings, obstacles
+from lenscl.accuracy.selfcheck.legs import Clear, landings, obstacles, sides
 from lenscl.accuracy.selfcheck.returns import Leg, Return, Returned, sent_back, sent_to_start
 from lenscl.accuracy.selfcheck.tally import Tally
 from lenscl.device import Device
@@ -128,7 +128,7 @@ class Paths:
         self.tally.note("snell", ray, event + 1, residual, bent)
 
         # Legs that must be free: of each ray the first one, the one up to where it ended, and the one behind all lenses
-        side = np.where(touches, 0, _side(hits, before))
+        side = np.where(touches, 0, sides(hits, before))
         free = (event == 0) | ((is_blocked | is_reflected) & (event < most))
         free &= finite & (side != 0)
         starts = points[event[free], ray[free]]
@@ -293,13 +293,3 @@ class Paths:
         self.tally.unchecked["lost"] += int((back.kind == Return.LOST).sum())
         bound = np.where(back.kind == Return.CAME, back.bound, np.inf)
         return self.tally.note("return", ray, events, back.residual, bound)
-
-
-def _side(hits: Hits, before: Array) -> NDArray[np.int8]:
-    """Return 1 where rays come to surface points from within, -1 from without, 0 where nobody can tell; shape (N,)."""
-    along = np.einsum("ni,nfi->nf", before, hits.normal)
-    lies_on = np.isfinite(hits.turn)
-    within, without = ((~lies_on | (sign * along > hits.turn)).all(axis=1) for sign in (1.0, -1.0))
-    told = lies_on.any(axis=1)
-    side: NDArray[np.int8] = np.where(told & within, 1, np.where(told & without, -1, 0)).astype(np.int8)
-    return side
