@@ -10,11 +10,7 @@ from lenscl.config import Scene
 from lenscl.expr.graph import walk
 
 # Operations of arithmetic that another one costs in a kernel, bounds and derivatives included; 1 where it is left out
-_COSTS = dict.fromkeys(("exp", "log", "sin", "cos", "tan", "atan2", "tanh"), 20) | {
-    "pow": 1000,
-    "norm": 2000,
-    "norm_slope": 2000,
-}
+_COSTS = dict.fromkeys(("exp", "log", "sin", "cos", "tan", "atan2", "tanh"), 20) | {"pow": 1000, "norm": 1000}
 _AGAIN = 100  # times the cost of a ray that is traced again in a higher precision
 _CHEAP = 100  # operations of a ray, up to which as many rays are looked at as ever
 

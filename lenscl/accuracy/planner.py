@@ -85,7 +85,8 @@ class Planner:
         Parameters
         ----------
         scene : Scene
-            As for `trace`. The cheapest way that is accurate enough on its own film is tried first.
+            As for `trace`. The cheapest way that is accurate enough on its own film is tried first; where none is, the
+            most accurate one is tried on the rays themselves.
         origins, directions : array_like, shape (N, 3)
             As for `lenscl.trace_rays`.
 
@@ -98,7 +99,15 @@ class Planner:
             return trace_rays(scene, origins, directions, device=self._device), None
         checked_rays(origins, directions)
         points, vectors = np.asarray(origins, dtype=np.float64), np.asarray(directions, dtype=np.float64)
-        return self._best(scene, None, lambda plan: self._traced_rays(scene, plan, points, vectors))
+        try:
+            self.plan(scene)
+        except StudyError:  # what the film's rays cannot have, these may
+            self._planning = None
+            paths, achieved = self._traced_rays(scene, Combination(method="auto"), points, vectors)
+            if not achieved.is_met:
+                raise unreachable(achieved) from None
+            return paths, achieved
+        return self._best(scene, None, lambda plan: self._traced_rays(scene, plan.combination, points, vectors))
 
     def _best(
         self,
@@ -153,6 +162,8 @@ class Planner:
         raymap = trace(plan.combination.of(scene), device=self._device)
         return raymap, worst_of(check(layer, wanted_of(scene), plan.combination, size) for layer in raymap.layers())
 
-    def _traced_rays(self, scene: Scene, plan: Plan, points: Array, vectors: Array) -> tuple[RayPaths, Achieved]:
-        paths = trace_rays(plan.combination.of(scene), points, vectors, device=self._device)
-        return paths, check_paths(paths, points, vectors, wanted_of(scene), plan.combination)
+    def _traced_rays(
+        self, scene: Scene, combination: Combination, points: Array, vectors: Array
+    ) -> tuple[RayPaths, Achieved]:
+        paths = trace_rays(combination.of(scene), points, vectors, device=self._device)
+        return paths, check_paths(paths, points, vectors, wanted_of(scene), combination)

@@ -21,8 +21,10 @@ from lenscl.config import Scene
 from lenscl.device import Device
 
 FILM = {"size": [32, 32]}
+NARROW = {"size": [40, 40], "right": [0.8, 0.0, 0.0], "down": [0.0, -0.8, 0.0]}
 EPS = 2.0**-52
 TOUCHED = {"surface": "(x^2 + y^2 + z^2 - 0.25)^2", "bounds": [[-0.6] * 3, [0.6] * 3]}  # F changes no sign: undecided
+NOISY = {"surface": "(x + k)**2 - k**2 - 2*k*x + y**2 + z**2 - 0.25", "bounds": [[-0.65] * 3, [0.65] * 3], "n": 1.5}
 QUARTIC = {"surface": "x^4 + y^4 + z^4 - 0.3", "bounds": [[-0.8] * 3, [0.8] * 3]}
 
 
@@ -35,6 +37,37 @@ def checked(scene: Scene, **asked: str) -> SelfCheck:
 
 
 # An unknown is no success
+
+
+@pytest.mark.parametrize("k", [1e3, 1e5])
+def test_the_rounding_of_f_raises_no_alarm(k: float) -> None:
+    """F loses ten digits of its last at k = 1e5, and a ray comes back by another rounding of it."""
+    lens = {**NOISY, "k": k}
+    for found in (
+        checked(make_scene(lens, film=FILM)),
+        checked(make_scene({**lens, "absorbs": True}, film=FILM)),
+    ):
+        assert not found.failed, found.summary()
+        assert found.checked == found.rays > 40
+        assert found.returned >= found.rays
+        assert 1e-3 < found.worst["return"] < 1.0  # a bound that allows anything would show nothing
+
+
+def test_where_rounding_hides_the_lens_nothing_is_shown() -> None:
+    found = checked(make_scene({**NOISY, "k": 1e7}, film=FILM))
+    assert found.rays > 40
+    assert not found.checked
+    assert not found.failed
+    assert "nothing is shown" in found.summary()
+
+
+def test_a_path_that_the_rounding_of_f_decides_is_no_fault_of_the_map() -> None:
+    """One ray of the sample is totally reflected or not by noise in F, in the map otherwise than alone."""
+    lens = {**NOISY, "surface": "(x + k)**2 - k**2 - 2*k*x + y**4 + z**4 - 0.25", "bounds": [[-0.9] * 3, [0.9] * 3]}
+    turned = {**lens, "k": 1e5, "n": 2.4, "rotate": [20.0, 30.0, 10.0]}
+    found = checked(make_scene(turned, film=NARROW))
+    assert found.rays > 40
+    assert not found.failed, found.failures
 
 
 def test_only_what_has_a_bound_is_compared() -> None:

@@ -1,12 +1,12 @@
 """Rays of which nothing is known: they never count as rays that meet a wish.
 
-The noisy lens is a sphere whose F is a difference of large numbers, of the size of k squared: in double precision its
-last digits are lost. From k = 2e6 on no ray through it has an error bound, and the rays are off by several pixels; at
-k = 1e6 half of them have none.
+The noisy lens is a sphere whose F is a difference of large numbers: in double precision its last digits are lost, the
+rays are off by parts of a pixel, and many of them have no error bound.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
@@ -128,13 +128,14 @@ def test_a_map_without_a_decided_ray_meets_nothing(torus: RayMap) -> None:
 # --- wishes -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("k", [2e6, 3e6])
+@pytest.mark.parametrize("k", [1e5, 1e6])
 def test_a_noisy_lens_does_not_meet_what_its_rays_miss(planner: Planner, k: float) -> None:
     with pytest.raises(StudyError) as refused:
         planner.trace(noisy(k, "1e-6 px"))
     text = str(refused.value)
     assert text.startswith('numerics.accuracy: "1e-06 px" cannot be reached')
-    assert "100 % of the rays through a lens have no error bound" in text
+    share = float(text.split(" % of the rays through a lens have no error bound")[0].split()[-1])
+    assert 1.0 < share <= 100.0
     assert "without differences of large numbers" in text
     reachable = float(text.split("within ")[1].split(" px")[0])
     error = certified_error(trace(noisy(k)))[0]
@@ -142,15 +143,16 @@ def test_a_noisy_lens_does_not_meet_what_its_rays_miss(planner: Planner, k: floa
 
 
 def test_a_noisy_lens_meets_a_coarser_wish_by_certified_answers(planner: Planner) -> None:
-    raymap, achieved = planner.trace(noisy(2e6, "300 px"))
+    raymap, achieved = planner.trace(noisy(1e5, "3 px"))
     assert achieved is not None
     assert achieved.against == "certified answers"
-    assert (achieved.unbounded, achieved.unknown) == (1.0, 0)
+    assert 0.01 < achieved.unbounded <= 1.0  # too many to be proved one by one
+    assert achieved.unknown == 0
     error, differ = certified_error(raymap)
     assert 1e-3 < error == pytest.approx(achieved.error)
     assert differ == achieved.differ == 0.0
     with pytest.raises(StudyError, match="cannot be reached"):
-        planner.trace(noisy(2e6, f"{0.2 * error * 6 / raymap.scene.picture.size[0]:.3g}"))  # scene units, below that
+        planner.trace(noisy(1e5, f"{0.2 * error * 6 / raymap.scene.picture.size[0]:.3g}"))  # scene units, below that
 
 
 def test_without_certified_answers_the_share_of_unknown_rays_is_said(
@@ -158,9 +160,11 @@ def test_without_certified_answers_the_share_of_unknown_rays_is_said(
 ) -> None:
     without_flint(monkeypatch)
     with pytest.raises(StudyError) as refused:
-        planner.trace(noisy(2e6, "300 px"))
+        planner.trace(noisy(2e5, "0.5 px"))
     text = str(refused.value)
-    assert text.startswith("numerics.accuracy: of 100 % of the rays through a lens no error can be told")
+    share = re.match(r"numerics\.accuracy: of ([\d.]+) % of the rays through a lens no error can be told", text)
+    assert share is not None
+    assert 0.1 < float(share[1]) <= 100.0
     for advice in ("lens.surface", "numerics.method and numerics.precision", "pip install 'lenscl[accuracy]'"):
         assert advice in text
     assert planner.trace(noisy(1.0, "0.5 px"))[1].is_met  # type: ignore[union-attr]
@@ -169,7 +173,7 @@ def test_without_certified_answers_the_share_of_unknown_rays_is_said(
 def test_only_the_noisy_points_of_a_sweep_are_refused(planner: Planner) -> None:
     first = noisy(1.0, "1e-4 px")
     met: list[Any] = []
-    for k in (1.0, 2e6, 10.0, 3e6):
+    for k in (1.0, 1e5, 10.0, 1e6):
         try:
             planner.trace(noisy(k, "1e-4 px"), like=first)
         except StudyError as refused:
@@ -181,7 +185,7 @@ def test_only_the_noisy_points_of_a_sweep_are_refused(planner: Planner) -> None:
 
 def test_one_noisy_lens_of_two_is_enough(planner: Planner) -> None:
     lenses = (
-        NOISY | {"k": 3e6, "name": "noisy"},
+        NOISY | {"k": 1e5, "name": "noisy"},
         {"surface": "sphere", "r": 0.3, "centre": [0, 0, -1], "name": "ball"},
     )
     scene = make_scene(*lenses, film={"size": [32, 32]}, numerics={"accuracy": "1e-6 px"})
@@ -258,15 +262,30 @@ def test_given_rays_are_held_to_the_wish_themselves(planner: Planner, monkeypatc
     """The film looks past the noisy lens; the rays do not."""
     monkeypatch.setattr(asked, "planner_of", lambda _: planner)
     aside = {"corner": [40.0, 0.0, 2.5], "right": [0.1, 0.0, 0.0], "down": [0.0, 0.1, 0.0], "size": [8, 8]}
-    scene = make_scene(NOISY | {"k": 3e6}, film=aside, numerics={"accuracy": "1e-6 px"})
+    scene = make_scene(NOISY | {"k": 1e5}, film=aside, numerics={"accuracy": "1e-6 px"})
     x = np.linspace(-0.35, 0.35, 9)
     points = np.stack([x, 0.3 * x, np.full(9, 4.0)], axis=1)
-    with pytest.raises(StudyError, match="have no error bound"):
+    with pytest.raises(StudyError, match="cannot be reached"):
         lenscl.trace_rays(scene, points, [[0.0, 0.0, -2.0]] * 9)
     paths = lenscl.trace_rays(scene.replace({"lens.k": 1.0}), points, [[0.0, 0.0, -2.0]] * 9)
     assert (paths.events == 2).all()
     beside = lenscl.trace_rays(scene, points + np.array([3.0, 0.0, 0.0]), [[0.0, 0.0, -2.0]] * 9)
     assert (beside.events == 0).all()
+
+
+def test_given_rays_may_have_what_the_film_cannot(planner: Planner) -> None:
+    """A film behind a noisy lens cannot have a wish that rays beside the lens fulfil."""
+    scene = noisy(1e5, "1e-6 px")
+    points = np.array([[x, 0.1, 4.0] for x in (0.0, 0.1, 2.0, 2.5)])
+    with pytest.raises(StudyError, match=r"numerics\.accuracy"):
+        planner.trace(scene)
+    with pytest.raises(StudyError, match=r"numerics\.accuracy"):
+        planner.trace_rays(scene, points, [[0.0, 0.0, -1.0]] * 4)
+    paths, achieved = planner.trace_rays(scene, points[2:], [[0.0, 0.0, -1.0]] * 2)
+    assert achieved is not None
+    assert achieved.is_met
+    np.testing.assert_array_equal(paths.events, [0, 0])
+    assert (paths.status == RayStatus.PICTURE).all()
 
 
 def test_given_rays_of_several_wavelengths_are_checked_at_each() -> None:

@@ -42,10 +42,11 @@ def scene_of(name: str) -> Scene:
             return make_scene(BALL | {"centre": [0, 0, 0.9]}, EGG | {"centre": [0, 0, -1.4]}, film=film)
         case "touched":  # one ray in three passes a ball at the rounding of its rim
             return make_scene({"surface": "sphere", "r": 0.5}, film=FILM)
-        case "beyond":  # F is less than 0 in a second ball, which is no part of the solid: it lies beyond the box
+        case "beyond":
+            # F is less than 0 in a second ball, which is no part of the solid: it lies beyond the box. Were it a factor
+            # of F, it would be left out, being positive in the box
             other = "(x^2 + y^2 + (z + 1.5)^2 - 0.36)"
-            # Less a little, for a product alone would be searched as its first factor, the other one being positive
-            balls = {"surface": f"(x^2 + y^2 + z^2 - 0.36)*{other} - 1e-9", "bounds": [[-0.7] * 3, [0.7] * 3]}
+            balls = {"surface": f"(x^2 + y^2 + z^2 - 0.36)*{other} - 1e-6", "bounds": [[-0.7] * 3, [0.7] * 3]}
             return make_scene(balls, film=FILM)
         case "edge":
             return edge_on_edge("double")

@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.accuracy.selfcheck.findings import SelfCheck
+from lenscl.accuracy.selfcheck.hits import Tolerance, hits_of
 from lenscl.accuracy.selfcheck.paths import Paths
 from lenscl.accuracy.selfcheck.sample import sampled
 from lenscl.config import Scene
@@ -134,7 +135,7 @@ class _Check(Paths):
         if self.may_lose:  # a rounding of a march's steps decides what it loses, beside the pixel as well as on it
             self.tally.unchecked["lost"] += len(differs)
         elif differs.size:
-            beside = self._rays_beside(differs)
+            beside = self._rays_beside(differs, ends)
             alike = np.ones(len(differs), dtype=np.bool_)
             for vectors in beside:
                 other = self.follower.ends(self.origins[differs], vectors, numerics.max_events)
@@ -144,9 +145,16 @@ class _Check(Paths):
             self.tally.note("map", differs, 0, residual, np.where(alike, 0.5, np.inf))
         return ends
 
-    def _rays_beside(self, rays: Pixels) -> list[Array]:
-        """Return directions that are off by more than the rounding of the kernel's own film pixels, on all sides."""
+    def _rays_beside(self, rays: Pixels, ends: Ends) -> list[Array]:
+        """Return directions that are off by more than the rounding of the kernel's own film pixels, on all sides.
+
+        Where the rounding of F displaces the first surface that is met, or the last one, by more, that counts.
+        """
         vectors, origins = self.vectors[rays], self.origins[rays]
         size = np.abs(origins) + np.abs(origins + vectors)
         aside = self.eps * size.max(axis=1, keepdims=True)
+        for at in (self.follower.ends(origins, vectors, 1).origin, ends.origin[rays]):
+            hits = hits_of(self.scene, at, self.eps, Tolerance.of(self.scene, self.eps))
+            shift = (hits.noise / hits.slope)[:, None]
+            aside = np.maximum(aside, np.where(np.isfinite(shift), shift, 0.0))
         return [vectors + reach * aside * corner for reach in _BESIDE for corner in _CORNERS]

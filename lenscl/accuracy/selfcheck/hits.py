@@ -8,6 +8,7 @@ the rounding of its own gradient. A bound has a factor of `SAFETY` over what is 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,6 +30,7 @@ _MOST_MOVED = 0.01  # of the lens's extent on any axis: a point known no better 
 # kernels/newton.cl goes no further where 64 move^3 <= eps last^2, in lengths of a bracket that is no longer than the
 # lens, for the next move should then be of rounding's size; it may be as long as move^2, (eps / 64)^(2/3)
 _SETTLES = 64.0
+_HIDES = 64.0  # times the rounding of a point: from farther off no turn of the normal is taken in proportion
 _DOUBLE = float(np.finfo(np.float64).eps)
 _MOST_RANK = 1e300  # of a lens whose surface is elsewhere
 _MOVES = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
@@ -66,14 +68,19 @@ class Hits:
     size : float64 array, shape (N,)
         The way through its box, scene units.
     place : float64 array, shape (N,)
-        How exactly the point is known, scene units.
+        How exactly the point is known, scene units, but for the rounding of F.
+    noise, slope : float64 array, shape (N,)
+        How large the rounding of F itself is, at the most, and |grad F| per scene unit: together they say by how much
+        a search displaces the surface.
     normal : float64 array, shape (N, M, 3)
         Unit, outward, of each face that the point may lie on; faces in the order of `lenscl.codegen.faces_of`.
     turn : float64 array, shape (N, M)
         How far that normal may be turned, radians; infinite for faces that the point does not lie on, and for
         all where one that it may lie on has no normal that is known well enough.
     swing : float64 array, shape (N, M)
-        How far it turns within the search's tolerance, radians: a point found from elsewhere may lie so far off.
+        How far it turns within `reach`, radians: a point found from elsewhere may lie so far off.
+    reach : float64 array, shape (N,)
+        The search's tolerance and noise / slope, scene units.
     """
 
     lens: NDArray[np.intp] = field(repr=False)
@@ -85,6 +92,9 @@ class Hits:
     normal: Array = field(repr=False)
     turn: Array = field(repr=False)
     swing: Array = field(repr=False)
+    noise: Array = field(repr=False)
+    slope: Array = field(repr=False)
+    reach: Array = field(repr=False)
 
 
 def hits_of(scene: Scene, points: Array, eps: float, tolerance: Tolerance) -> Hits:
@@ -147,12 +157,13 @@ def _none(n: int, faces: int) -> Hits:
     return Hits(
         lens=np.zeros(n, np.intp), value=np.full(n, np.inf), bound=np.zeros(n), index=np.ones(n), size=np.zeros(n),
         place=np.zeros(n), normal=np.zeros((n, faces, 3)), turn=np.full((n, faces), np.inf), swing=np.zeros((n, faces)),
+        noise=np.zeros(n), slope=np.ones(n), reach=np.zeros(n),
     )  # fmt: skip
 
 
 def _copy(into: Hits, source: Hits, to: NDArray[np.intp], which: Mask | NDArray[np.intp]) -> None:
     """Copy some points' rows; a lens may have fewer faces than there is room for."""
-    for name in ("lens", "value", "bound", "index", "size", "place"):
+    for name in ("lens", "value", "bound", "index", "size", "place", "noise", "slope", "reach"):
         getattr(into, name)[to] = getattr(source, name)[which]
     count = source.turn.shape[1]
     into.normal[to, :count], into.turn[to, :count] = source.normal[which], source.turn[which]
@@ -200,14 +211,18 @@ class _Placed:
         moved = self._rounding(points)
         beside = local[None] + _MOVES[:, None] * moved[None]  # the points, and beside them on each axis, both ways
         faces = [self._face(leaf, local, beside, moved) for leaf in self.leaves]
-        value, bound, normal, turn, swing = (np.stack(part, axis=1) for part in zip(*faces, strict=True))
+        value, bound, normal, turn, swing, noise, slope = (np.stack(part, axis=1) for part in zip(*faces, strict=True))
 
         # The point lies on the face that F shows, or on another one whose value is as near to zero
         whole = evaluate(self.joined, {f"leaf_{i}": value[:, i] for i in range(len(self.leaves))})
         near = np.isfinite(bound) & (np.abs(value) <= _NEAR * bound)
         counts = near | (value == whole[:, None])
         vague = (counts & ~(turn < _MOST_TURN)).any(axis=1)[:, None]
-        known = moved + self.tolerance * np.linalg.norm(self.to_local, axis=1)
+        with np.errstate(all="ignore"):
+            depths = np.where(counts & np.isfinite(noise / slope), noise / slope, 0.0)
+        worst, rows = np.argmax(depths, axis=1), np.arange(len(points))
+        reach = self.tolerance + depths[rows, worst]
+        known = moved + reach[:, None] * np.linalg.norm(self.to_local, axis=1)
         lost = (known > _MOST_MOVED * (self.box[1] - self.box[0])).any(axis=1)
         lost |= self._is_on_a_domains_end(whole, beside)
         return Hits(
@@ -220,6 +235,9 @@ class _Placed:
             normal=normal,
             turn=np.where(counts & ~vague & ~lost[:, None], turn, np.inf),
             swing=swing,
+            noise=noise[rows, worst],
+            slope=slope[rows, worst],
+            reach=reach,
         )
 
     def _is_on_a_domains_end(self, whole: Array, beside: Array) -> Mask:
@@ -234,7 +252,7 @@ class _Placed:
         return found
 
     def _face(self, leaf: Expr, local: Array, beside: Array, moved: Array) -> tuple[Array, ...]:
-        """Return value, its bound, the unit normal, how far it may be turned, and how far it turns within tolerance."""
+        """Return what `Hits` has of one face: value, bound, normal, turn, swing, noise and slope."""
         at = {**self.values, **dict(zip("xyz", local.T, strict=True))}
         about = {**self.values, **dict(zip("xyz", np.moveaxis(beside, -1, 0), strict=True))}
         slopes = gradient(leaf)
@@ -248,10 +266,29 @@ class _Placed:
             normals = self.placement.normal_to_world(g) / along[..., None]
             turned = np.linalg.norm(normals[1:] - normals[0], axis=-1).sum(axis=0)
             rounded = (noises + 4.0 * self.eps * np.abs(g[0])) @ self.to_local / along[0][..., None]
-            strides = self.tolerance * np.linalg.norm(self.to_local, axis=1) / moved
-            swing = SAFETY * turned * strides.max(axis=-1)
+            deep = SAFETY * grow * noise / along[0]
+            strides = (self.tolerance + deep)[:, None] * np.linalg.norm(self.to_local, axis=1)
+            swing = SAFETY * turned * (strides / moved).max(axis=-1)
+            # Where F hides more than rounding of the point does, its slopes beside the point tell nothing but noise
+            hides = np.flatnonzero((strides > _HIDES * moved).any(axis=1) & (deep > 0.0) & np.isfinite(deep))
+            if hides.size:
+                swing[hides] = SAFETY * self._turned(slopes, local[hides], strides[hides])
             turn = SAFETY * (turned + np.linalg.norm(rounded, axis=-1) + self.eps)
         known = np.isfinite(turn) & np.isfinite(normals[0]).all(axis=-1)
         bound = np.where(np.isfinite(bound), bound, np.inf)
         normal = np.where(known[:, None], normals[0], 0.0)
-        return value, bound, normal, np.where(known, turn, np.inf), np.where(known, swing, 0.0)
+        known &= np.isfinite(swing)
+        return (
+            value, bound, normal, np.where(known, turn, np.inf), np.where(known, swing, 0.0), SAFETY * grow * noise,
+            along[0],
+        )  # fmt: skip
+
+    def _turned(self, slopes: Sequence[Expr], local: Array, strides: Array) -> Array:
+        """Return how far a normal turns, in all, within strides on each axis of points, both of shape (N, 3)."""
+        beside = local[None] + _MOVES[:, None] * strides[None]
+        about = {**self.values, **dict(zip("xyz", np.moveaxis(beside, -1, 0), strict=True))}
+        g = np.stack([np.broadcast_to(evaluate(slope, about), beside.shape[:2]) for slope in slopes], axis=-1)
+        normals = self.placement.normal_to_world(g)
+        normals = normals / np.linalg.norm(normals, axis=-1)[..., None]
+        turned: Array = np.linalg.norm(normals[1:] - normals[0], axis=-1).sum(axis=0)
+        return turned

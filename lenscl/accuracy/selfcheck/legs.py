@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.accuracy.selfcheck.hits import SAFETY
+from lenscl.accuracy.selfcheck.hits import SAFETY, Hits
 from lenscl.config import Lens, Picture, Scene
 from lenscl.expr import evaluate_with_error, gradient
 from lenscl.reference import Placement, land
@@ -129,3 +129,13 @@ def _span(lens: Lens, start: Array, along: Array) -> tuple[Array, Array]:
     leave = np.where(along == 0, np.inf, np.maximum(first, second)).min(axis=1)
     enter = np.maximum(enter, 0.0)
     return enter, np.where(outside | ~np.isfinite(leave), enter, leave)
+
+
+def sides(hits: Hits, before: Array) -> NDArray[np.int8]:
+    """Return 1 where rays come to surface points from within, -1 from without, 0 where nobody can tell; shape (N,)."""
+    along = np.einsum("ni,nfi->nf", before, hits.normal)
+    lies_on = np.isfinite(hits.turn)
+    within, without = ((~lies_on | (sign * along > hits.turn)).all(axis=1) for sign in (1.0, -1.0))
+    told = lies_on.any(axis=1)
+    side: NDArray[np.int8] = np.where(told & within, 1, np.where(told & without, -1, 0)).astype(np.int8)
+    return side

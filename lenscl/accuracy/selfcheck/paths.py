@@ -12,7 +12,7 @@ from lenscl.accuracy.selfcheck.bends import bends, stopped
 from lenscl.accuracy.selfcheck.causes import with_causes
 from lenscl.accuracy.selfcheck.findings import LAWS, MOST_FAILURES, UNCHECKED, SelfCheck
 from lenscl.accuracy.selfcheck.hits import SAFETY, Hits, Tolerance, candidates, chosen
-from lenscl.accuracy.selfcheck.legs import Clear, landings, obstacles
+from lenscl.accuracy.selfcheck.legs import Clear, landings, obstacles, sides
 from lenscl.accuracy.selfcheck.returns import Leg, Return, Returned, sent_back, sent_to_start
 from lenscl.accuracy.selfcheck.tally import Tally
 from lenscl.device import Device
@@ -128,7 +128,7 @@ class Paths:
         self.tally.note("snell", ray, event + 1, residual, bent)
 
         # Legs that must be free: of each ray the first one, the one up to where it ended, and the one behind all lenses
-        side = np.where(touches, 0, _side(hits, before))
+        side = np.where(touches, 0, sides(hits, before))
         free = (event == 0) | ((is_blocked | is_reflected) & (event < most))
         free &= finite & (side != 0)
         starts = points[event[free], ray[free]]
@@ -140,6 +140,14 @@ class Paths:
         )  # fmt: skip
         self._check_legs(ends, most_allowed, (legs_to, ray[free], event[free] + 1))
 
+        # What rounding leaves of F along a ray's way: a search that starts on a surface takes that for 0
+        slid = np.zeros(len(ray))
+        for number in np.unique(hits.lens):
+            own = hits.lens == number
+            left = np.zeros(points.shape[:2])
+            left[event[own] + 1, ray[own]] = np.where(np.isfinite(hits.noise[own]), hits.noise[own], 0.0)
+            slid[own] = np.cumsum(left, axis=0)[event[own] + 1, ray[own]]
+
         # Legs that are known to their end: up to the next surface, or with nothing ahead of them
         onward = np.where(last, np.isin(ends.status[ray], _LEAVES), event + 1 < most)
         legs = np.flatnonzero(onward & finite & np.isfinite(bent))
@@ -147,13 +155,14 @@ class Paths:
         if legs.size:
             following = points[np.minimum(event[legs] + 2, most), ray[legs]]
             end = np.where(last[legs, None], np.nan, following)
-            ways.append(self._sent_back(legs, hits, before, at, after, end))
+            ways.append(self._sent_back(legs, hits, before, at, after, end, slid))
         # Where a ray was blocked another one along its last leg is blocked as well: the way back, turned round
         stops = np.flatnonzero(is_blocked & finite & np.isfinite(hits.bound) & (event < most))
         if stops.size:
+            place = hits.place[stops] + self._slips(hits, stops, before, slid)
             leg = Leg(
                 before=-before[stops], at=at[stops], along=-before[stops], end=points[event[stops], ray[stops]],
-                size=hits.size[stops], place=hits.place[stops], slack=np.full(len(stops), SAFETY * self.eps),
+                size=hits.size[stops], place=place, slack=np.full(len(stops), SAFETY * self.eps),
             )  # fmt: skip
             ways.append((stops, sent_back(self.follower, self.scene, leg, self.eps, may_lose=self.may_lose)))
         for which, back in ways:
@@ -247,10 +256,24 @@ class Paths:
         told = rays_of[compared]
         self.held[told[meets_none[told]]] = True
 
-    def _sent_back(self, legs: Pixels, hits: Hits, before: Array, at: Array, after: Array, end: Array
+    def _slips(self, hits: Hits, legs: Pixels, along: Array, slid: Array) -> Array:
+        """Return by how much the rounding of F may shift some points along the ways back to them, scene units.
+
+        `slid` is how far F may be off 0 at the points of `hits`; what the search of the way back rounds is added.
+        """
+        normal = hits.normal[legs, np.argmin(hits.turn[legs], axis=1)]
+        steep = np.abs(np.einsum("ni,ni->n", along[legs], normal))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slip = (slid[legs] + hits.noise[legs]) / (hits.slope[legs] * steep)
+        return np.where(np.isfinite(slip), slip, np.inf)
+
+    def _sent_back(self, legs: Pixels, hits: Hits, before: Array, at: Array, after: Array, end: Array, slid: Array
                    ) -> tuple[Pixels, Returned]:  # fmt: skip
-        """Send rays back along legs that start at some surface points, and end at others."""
-        turn = np.where(np.isfinite(hits.turn[legs]), hits.turn[legs] + hits.swing[legs], 0.0).max(axis=1)
+        """Send rays back along legs that start at some surface points, and end at others; `slid` as for `_slips`."""
+        slip = self._slips(hits, legs, after, slid)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            farther = np.where(slip > 0.0, np.maximum(slip / hits.reach[legs], 1.0), 1.0)[:, None]
+        turn = np.where(np.isfinite(hits.turn[legs]), hits.turn[legs] + farther * hits.swing[legs], 0.0).max(axis=1)
         eta = np.maximum(hits.index / self.scene.n_medium, self.scene.n_medium / hits.index)[legs]
         unturned = turn + SAFETY * self.eps
         face = np.argmin(hits.turn[legs], axis=1)
@@ -260,7 +283,7 @@ class Paths:
         slack = eta * unturned / np.maximum(steep, np.sqrt(unturned))
         legs_back = Leg(
             before=before[legs], at=at[legs], along=after[legs], end=end, size=hits.size[legs],
-            place=hits.place[legs], slack=slack,
+            place=hits.place[legs] + slip, slack=slack,
         )  # fmt: skip
         return legs, sent_back(self.follower, self.scene, legs_back, self.eps, may_lose=self.may_lose)
 
@@ -270,13 +293,3 @@ class Paths:
         self.tally.unchecked["lost"] += int((back.kind == Return.LOST).sum())
         bound = np.where(back.kind == Return.CAME, back.bound, np.inf)
         return self.tally.note("return", ray, events, back.residual, bound)
-
-
-def _side(hits: Hits, before: Array) -> NDArray[np.int8]:
-    """Return 1 where rays come to surface points from within, -1 from without, 0 where nobody can tell; shape (N,)."""
-    along = np.einsum("ni,nfi->nf", before, hits.normal)
-    lies_on = np.isfinite(hits.turn)
-    within, without = ((~lies_on | (sign * along > hits.turn)).all(axis=1) for sign in (1.0, -1.0))
-    told = lies_on.any(axis=1)
-    side: NDArray[np.int8] = np.where(told & within, 1, np.where(told & without, -1, 0)).astype(np.int8)
-    return side
