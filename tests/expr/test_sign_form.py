@@ -171,6 +171,9 @@ KEPT = [
         f"{F}*abs({F})*x",
         f"{F}*abs(x)",
         "x*sqrt(x)",
+        # The ball decides where the root has no value, and where the exponential is beyond the largest number
+        "max(1.1 - tanh(exp(9/(x^2 + 0.01))), x^2 + y^2 + z^2 - 1)",
+        "max(sqrt(x + 0.3) + 0.5, x^2 + y^2 + z^2 - 0.5)",
         f"{F}*(1/x^2)",
         f"{F}/(1 + sqrt(x))",
         "sqrt(x)*sqrt(x) - 0.2",
