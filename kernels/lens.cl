@@ -31,7 +31,8 @@ static inline maskv LENS(faces)(real3v normal, real3v direction, maskv inside) {
   return (astray <= (realv)0) | (astray * astray <= most * most * dot3(normal, normal));
 }
 
-// Rays that start on this lens's surface start inside it if they enter.
+// Rays that start on this lens's surface start inside it if they enter. Those that the host says are both in the solid and on
+// its surface start where F is not known.
 static inline void LENS(start)(ray_t *ray, const lens_t *lens, SURFACE(t) shape) {
   const maskv lanes = ray->alive & (ray->on == (maskv)LENS_NUMBER);
   if (!any_lane(lanes)) return;
@@ -39,8 +40,9 @@ static inline void LENS(start)(ray_t *ray, const lens_t *lens, SURFACE(t) shape)
   const real3v gradient = SURFACE(gradient)(to_local_point(lens, ray->origin), shape);
   const real3v normal = LENS(normal)(lens, gradient, lanes, &defined);
   const maskv enters = dot3(normal, ray->direction) < (realv)0;
+  const maskv known = defined & (ray->inside != (maskv)LENS_NUMBER);
   ray->inside = (lanes & enters) ? (maskv)LENS_NUMBER : ray->inside;
-  end_ray(ray, lanes & not_lane(defined), RAY_UNDECIDED);
+  end_ray(ray, lanes & not_lane(known), RAY_UNDECIDED);
 }
 
 // Keep this lens's first root in *hit where it is nearer. Inside a solid only its own surface is asked.

@@ -29,6 +29,7 @@ Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 _Ends: TypeAlias = "Callable[[Expr], tuple[Array, Array]]"
 _NEVER_NEGATIVE = ("sqrt", "hypot", "exp", "pow", "norm")
 _WITHIN_ONE = ("sin", "cos", "tanh")
+_MAY_OVERFLOW = ("exp", "log", "pow", "/", "tan")  # of numbers of any size
 _ZERO, _ONE = Fraction(0), Fraction(1)
 _MOST_BITS = 65_536  # of an exact bound
 _LEVELS = 7  # halvings of the box
@@ -172,7 +173,10 @@ class Facts:
         return True
 
     def decides(self, op: str, u: Expr, v: Expr) -> bool:
-        """Whether max(u, v), or min, is proved to have the sign of u all over the box."""
+        """Whether max(u, v), or min, is proved to have the sign of u all over the box, where u has a value.
+
+        Where rounding or overflow may leave nothing known of u, v may still tell: then it is not needless.
+        """
         way = 1.0 if op == "max" else -1.0
 
         def is_told(ends: _Ends) -> tuple[Mask, Mask]:
@@ -181,7 +185,9 @@ class Facts:
                 u_low, u_high, v_low, v_high = -u_high, -u_low, -v_high, -v_low
             return (u_low > 0.0) | (v_high < 0.0), (u_high <= 0.0) & (v_low >= 0.0)
 
-        return self.is_total(v) and self._each_part([u, v], is_told)
+        if any(each.op in _MAY_OVERFLOW for each in walk([u])):
+            return False
+        return self.is_total(u) and self.is_total(v) and self._each_part([u, v], is_told)
 
     def _over_the_box(self, u: Expr) -> bool:
         """Whether interval bounds prove u > 0 on the box, with nothing known of parameters."""

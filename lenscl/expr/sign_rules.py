@@ -134,11 +134,12 @@ def _factor(facts: Facts, t: Expr, c: Level) -> Step | None:
 
 
 def _signed_size(facts: Facts, t: Expr, c: Level) -> Step | None:
-    if c != 0:
-        return None
     for size, u in (t.args[::-1], t.args):
-        if u.depends_on(_COORDINATES) and _is_size(facts, size, _core(u)):
+        if c == 0 and u.depends_on(_COORDINATES) and _is_size(facts, size, _core(u)):
             return Step(1, u, NOTHING)
+        if isinstance(c, Fraction) and size.op == "abs" and size.args[0] is u:
+            root = _by(abs(c), math.sqrt)
+            return None if root is None else Step(1, u, root if c > 0 else -root)
     return None
 
 
@@ -293,7 +294,7 @@ OUTER: tuple[Outer, ...] = (
     ),
     Outer("*", "k u - c ~ k (u - c / k)", "k a number, not 0", _multiple, is_affine=True),
     Outer("*", "u v ~ u", "c = 0; v > 0 everywhere; ~ -u where v < 0 everywhere", _factor),
-    Outer("*", "u |u| ~ u; sqrt(|u|), u^2 and the like for |u|", "c = 0", _signed_size),
+    Outer("*", "u |u| - c ~ u - sign(c) sqrt(|c|); c = 0: sqrt(|u|), u^2 and the like for |u|", "", _signed_size),
     Outer("/", "u / k - c ~ k (u - c k)", "k a number, not 0", _share, is_affine=True),
     Outer("/", "u / v - c ~ u - c v", "v > 0 everywhere; ~ c v - u where v < 0 everywhere", _quotient),
     Outer("/", "k / u - c ~ k / c - u", "k and c of one sign, u >= 0; at u = 0 it is infinite", _reciprocal),

@@ -27,10 +27,12 @@ def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int8],
     -------
     inside, on : int8 array, shape (N,)
         A point is on a surface where |F| is within the bound of its rounding error; it is inside where F < 0 beyond
-        that. Whether a ray that starts on a surface travels inside is decided by its direction.
+        that. Whether a ray that starts on a surface travels inside is decided by its direction. Where F has no value,
+        or none that is known, both are the lens's number: no ray from there is decided.
     """
     inside = np.full(len(points), _NOWHERE, dtype=np.int8)
     on = np.full(len(points), _NOWHERE, dtype=np.int8)
+    unknown = on.copy()
     for number, lens in enumerate(scene.lenses):
         placement = Placement.of(lens)
         local = placement.local(points)
@@ -60,6 +62,10 @@ def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int8],
             fixed = {name: (value, value) for name, value in lens.values.items()}
             low, high = bounds(lens.surface.expression, {**fixed, **about})
             touches[unsure], is_inside[unsure] = (low <= 0.0) & (high >= 0.0), high < 0.0
+            untold = touches[unsure] & (np.isnan(f[unsure]) | np.isinf(low) | np.isinf(high))
+            unknown[near[unsure[untold]]] = number
         on[near[touches]] = number
         inside[near[is_inside & ~touches]] = number
+    is_unknown = unknown != _NOWHERE
+    inside[is_unknown] = on[is_unknown] = unknown[is_unknown]
     return inside, on

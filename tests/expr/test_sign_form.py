@@ -136,6 +136,7 @@ FORMS = {
     f"{F}*abs({F})": F,
     f"-3*{F}^3*sqrt(abs(2*{F}))/(1 + x^2)": f"-{F}",
     f"tanh({F})*(abs({F})^0.3*{F}^2)": F,
+    "1 + 4*(log(abs(x))*abs(log(abs(x))))": "abs(x) - 0.6065306597126334",
     f"{F}*(abs({F})*exp(x))": F,
     "sqrt(cbrt(x^2 + y^2 + z^2)) - 0.5": "x^2 + y^2 + z^2 - 0.015625",
     "(x^2)^0.75 + (y^4)^k + (z^2)^-0.3 - 1": "abs(x)^1.5 + abs(y)^(4*k) + abs(z)^-0.6 - 1",
@@ -171,6 +172,9 @@ KEPT = [
         f"{F}*abs({F})*x",
         f"{F}*abs(x)",
         "x*sqrt(x)",
+        # The ball decides where the root has no value, and where the exponential is beyond the largest number
+        "max(1.1 - tanh(exp(9/(x^2 + 0.01))), x^2 + y^2 + z^2 - 1)",
+        "max(sqrt(x + 0.3) + 0.5, x^2 + y^2 + z^2 - 0.5)",
         f"{F}*(1/x^2)",
         f"{F}/(1 + sqrt(x))",
         "sqrt(x)*sqrt(x) - 0.2",

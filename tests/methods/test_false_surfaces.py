@@ -68,8 +68,8 @@ def test_what_is_no_solid_has_no_surface(text: str, precision: str) -> None:
     o, d, _ = box_rays(((-0.9,) * 3, (0.9,) * 3), 1500, 4)
     paths = lenscl.trace_rays(make_scene({"surface": text, "bounds": CUBE}), o - d, d, precision=precision)
     assert not paths.events.any()
-    overflows = "exp" in text  # on the way, and what that makes of tanh is not known
-    assert (paths.status == RayStatus.UNDECIDED).mean() < (0.2 if overflows else 0.002)
+    overflows = "exp" in text  # for every other ray on the way, and what that makes of tanh is not known
+    assert (paths.status == RayStatus.UNDECIDED).mean() < (0.55 if overflows else 0.002)
 
 
 STARTS = ((0.0, 0.0, 0.5), (0.0, 0.0, -0.5), (0.0, 0.0, 0.9), (0.0, 0.0, 0.1))
@@ -92,6 +92,21 @@ def test_a_start_of_which_little_is_known_is_not_taken_to_be_on_the_surface() ->
         assert (paths.events[known] % 2 == np.repeat(inside, 4)[known]).all(), text
         decided += int(known.sum())
     assert decided > 10
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("text", ["log(x + 0.2) + 0.6", "1/sqrt(x + 0.2) - 3 + z", "tanh(log(x + 0.2)) + 0.5"])
+def test_no_ray_that_starts_where_f_has_no_value_is_decided(text: str, precision: str) -> None:
+    """Though the slope of a logarithm has one there."""
+    rng = np.random.default_rng(0)
+    starts = rng.uniform(-0.5, 0.5, (600, 3))
+    scene = make_scene({"surface": f"max(x**2 + y**2 + z**2 - 0.8, {text})", "bounds": CUBE})
+    paths = lenscl.trace_rays(scene, starts, rng.normal(size=(600, 3)), precision=precision)
+    is_decided = paths.status != RayStatus.UNDECIDED
+    without = starts[:, 0] < -0.2
+    assert without.sum() > 100
+    assert not is_decided[without].any()
+    assert is_decided[~without].sum() > 100
 
 
 def test_random_trees_are_never_decided_and_wrong() -> None:
