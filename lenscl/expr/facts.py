@@ -14,6 +14,7 @@ from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
+from lenscl.expr.derive import degree
 from lenscl.expr.graph import Expr, walk
 from lenscl.expr.operations import whole
 
@@ -187,7 +188,7 @@ class Facts:
 
         if any(each.op in _MAY_OVERFLOW for each in walk([u])):
             return False
-        return self.is_total(u) and self.is_total(v) and self._each_part([u, v], is_told)
+        return degree(u, "xyz") is not None and self.is_total(v) and self._each_part([u, v], is_told)
 
     def _over_the_box(self, u: Expr) -> bool:
         """Whether interval bounds prove u > 0 on the box, with nothing known of parameters."""
