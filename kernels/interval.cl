@@ -73,9 +73,10 @@ static inline realv coordinate_error(realv o, realv d) {
   return (realv)(1 + INPUT_ROUNDINGS) * ROUNDING * (abs_v(o) + (realv)2 * abs_v(d)) + UNDERFLOW;
 }
 
-// The most that a band holds, as a number.
+// A number that a band holds no more than, of a size whose square has a reciprocal: along a pole the band is all but 0.
 static inline band_t band_top(band_t a) {
-  const band_t c = {band_high(a), (realv)0, (realv)0 * a.error};
+  const realv small = sqrt((realv)REAL_TINY) * (realv)1048576;
+  const band_t c = {max_v(band_high(a), small), (realv)0, (realv)0 * a.error};
   return c;
 }
 
