@@ -44,5 +44,5 @@ def test_the_march_does_not_guess_there_either(name: str, at: tuple[float, float
         return float((paths.status == RayStatus.UNDECIDED).mean())
 
     assert undecided() == 1.0
-    with broken(Fault("side guessed", "lens.cl", "end_ray(ray, lanes & not_lane(defined), RAY_UNDECIDED);", "")):
+    with broken(Fault("side guessed", "lens.cl", "end_ray(ray, lanes & not_lane(known), RAY_UNDECIDED);", "")):
         assert undecided() < 0.1
