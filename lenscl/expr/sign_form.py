@@ -19,8 +19,9 @@ from fractions import Fraction
 
 from lenscl.expr.facts import Facts
 from lenscl.expr.graph import Expr, build, walk
+from lenscl.expr.identities import IDENTITIES
 from lenscl.expr.root_free import without_root
-from lenscl.expr.sign_rules import IDENTITIES, NOTHING, OUTER, Level, Step
+from lenscl.expr.sign_rules import NOTHING, OUTER, Level, Step
 
 _DEEPEST = 100  # of what is taken off one from the other
 _MOST_PARTS = 200  # of max, min and abs

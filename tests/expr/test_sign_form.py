@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from lenscl.expr import Facts, degree, evaluate, never_negative, number, parse, root_polynomial, sign_form, symbol
 from lenscl.expr.graph import Expr, node
-from lenscl.expr.sign_rules import IDENTITIES, OUTER, Identity, Outer
+from lenscl.expr.identities import IDENTITIES, Identity
+from lenscl.expr.sign_rules import OUTER, Outer
 
 NAMES = ["x", "y", "z", "R", "r", "k"]
 BOX = ((-1.1, -1.1, -1.1), (1.1, 1.1, 1.1))
