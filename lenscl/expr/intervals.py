@@ -238,9 +238,14 @@ def real_power(u: Interval, p: Interval) -> Interval:
     return Interval(np.where(nowhere, -np.inf, least), np.where(unknown, np.inf, wide.hi), wide.undefined)
 
 
+def _promised(p: Interval) -> Interval:
+    """Leave out exponents below 1, which a norm's never is: enclosures of 2 / 2 reach there by rounding alone."""
+    return Interval(np.where(p.lo >= 1.0 - 8 * _EPS, np.maximum(p.lo, 1.0), p.lo), p.hi, p.undefined)
+
+
 def norm(u: Interval, v: Interval, p: Interval) -> Interval:
     """Enclose (|u|^p + |v|^p)^(1/p), p >= 1. It rises with |u| and |v| and falls with p."""
-    a, b = magnitude(u), magnitude(v)
+    a, b, p = magnitude(u), magnitude(v), _promised(p)
     low, high = norms.value(np, a.lo, b.lo, p.hi), norms.value(np, a.hi, b.hi, p.lo)
     unknown = ~(p.lo >= 1.0) | _unbounded(p)
     wide = _outward(low, high, u.undefined | v.undefined | p.undefined | unknown, ulps=_NORM_ULP)
@@ -250,7 +255,7 @@ def norm(u: Interval, v: Interval, p: Interval) -> Interval:
 
 def norm_slope(u: Interval, v: Interval, p: Interval) -> Interval:
     """Enclose sign(u) (|u| / norm)^(p - 1). It rises with u and is nearer to zero the larger |v| is."""
-    b = magnitude(v)
+    b, p = magnitude(v), _promised(p)
     unknown = ~(p.lo >= 1.0) | _unbounded(u) | _unbounded(v)
     ends = []
     outward = ((u.lo, np.where(u.lo >= 0.0, b.hi, b.lo), -1.0), (u.hi, np.where(u.hi >= 0.0, b.lo, b.hi), 1.0))
