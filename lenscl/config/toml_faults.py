@@ -20,6 +20,7 @@ _KEY = r"(?:[\w-]+|\"[^\"]*\"|'[^']*')"
 _HEADER = re.compile(rf"\s*(\[\[?)\s*({_KEY}(?:\s*\.\s*{_KEY})*)\s*(\]\]?)\s*(?:#.*)?")
 _PAIR = re.compile(rf"\s*({_KEY}(?:\s*\.\s*{_KEY})*)\s*=(.*)")
 _CONSTANTS = {"pi": math.pi, "tau": math.tau, "e": math.e}
+_BARE_POINT = r"(?<![\d.])\.\d|\d\.(?!\d)"  # of a number without digits before or behind it
 _SMART = "“”„‟‘’‚‛«»＂"
 
 
@@ -131,7 +132,9 @@ def _advice(line: str, column: int, reason: str) -> str:
         return "a table in { } stands on one line"
     pair = _PAIR.fullmatch(line)
     if reason == "Unclosed array" and pair is not None and pair[2].partition("#")[0].strip().endswith("]"):
-        return "the values of a list are parted by commas"
+        if re.search(_BARE_POINT, pair[2]):
+            return "a number has digits on both sides of its point, such as 0.5 or 2.0"
+        return "the values of a list are separated by commas"
     if reason == "Unclosed array" or (reason.startswith("Invalid value") and _header(line) is not None):
         return "a list [ that is opened above is never closed by ]"
     if re.match(r"(//|;|--|/\*|%)", stripped):
@@ -181,14 +184,14 @@ def _value_advice(key: str, value: str, reason: str) -> str:
         return "a number has digits on both sides of its point, such as 0.5 or 2.0"
     if re.fullmatch(r"[+-]?0\d+(\.\d+)?", value):
         return "a number begins with no further zeros"
-    if value[0] in "[{" and re.search(r"(?<![\d.])\.\d|\d\.(?!\d)", value):
+    if value[0] in "[{" and re.search(_BARE_POINT, value):
         return "a number has digits on both sides of its point, such as 0.5 or 2.0"
     if value[0] in "[{" and value.count("[") + value.count("{") > value.count("]") + value.count("}"):
         return "the bracket is never closed"
     if value[0] in "\"'" and value.count(value[0]) == 1:
         return f"the text is never closed by {value[0]}"
     if value[0] == "[" and ";" in value:
-        return "the values of a list are parted by commas"
+        return "the values of a list are separated by commas"
     if re.fullmatch(r"[+-]?[\d.eE+-]+(\s*,\s*[+-]?[\d.eE+-]+)+,?", value):
         return f"several values stand in square brackets, {key} = [{_shown(value)}]"
     if re.match(r"[A-Za-z_(\\/.~]", value) or (key == "surface" and value[0] not in "\"'[{"):
