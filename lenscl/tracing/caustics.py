@@ -32,6 +32,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -46,9 +47,9 @@ from lenscl.tracing.flux import flux_at, flux_of_cells, flux_through
 from lenscl.tracing.launch import trace
 from lenscl.tracing.memory import hold
 from lenscl.tracing.outlines import Outlines
-from lenscl.tracing.raymap import Caustic, RayMap
+from lenscl.tracing.raymap import BrightCells, Caustic, RayMap
 from lenscl.tracing.samples import edges, trace_given
-from lenscl.tracing.tubes import CORNERS, LANDS, Account, TubeRays
+from lenscl.tracing.tubes import CORNERS, LANDS, Account, TubeRays, parts_of_cells
 
 _PICTURE = np.uint8(RayStatus.PICTURE)
 _BENT = 0.02  # by which part a tube's light may differ from what its corners gather
@@ -63,7 +64,8 @@ _FEW = 20_000
 _ENOUGH = 1e-6  # of the light: if no more may go elsewhere, nothing is cut for that
 _TUBES = 2**18  # that are handled at a time
 _TOGETHER = 2**14  # that are cut at a time
-_GRIDS = 8  # of the picture's cells in memory at a time, for each channel
+_GRIDS = 4  # of the parts of the picture's cells in memory at a time, for each channel
+_WHOLE = 5  # and of the cells, as many
 
 # Corners of 2 x 2 tubes, (row, column), row by row; of those the ones that the tube that is cut has not, and where in
 # its corners and those each one stands
@@ -101,7 +103,7 @@ def _check_memory(raymap: RayMap) -> None:
     channels, many = 3 if "transmission" in raymap.added else 1, len(raymap.layers())
     kept = 2 * many * (channels + 1) if many > 1 else 0
     hold(
-        8 * rows * columns * (_GRIDS * channels + kept),
+        8 * rows * columns * ((_GRIDS * parts_of_cells(raymap.scene) ** 2 + _WHOLE) * channels + kept),
         "effects.caustics",
         f"the cells of a picture of {columns:,} x {rows:,} with their light",
         "use a smaller picture.size",
@@ -117,6 +119,7 @@ def _together_lit(raymap: RayMap, layers: list[RayMap]) -> RayMap:
         caustic=Caustic(
             irradiance=np.stack([one.irradiance for one in caustics]),
             rgb=np.stack(coloured) if coloured else None,
+            bright=_together_bright(caustics),
             flux=caustics[0].flux,
             shares=Frozen({end: float(np.mean([one.shares[end] for one in caustics])) for end in ends}),
             cut=sum(one.cut for one in caustics),
@@ -126,6 +129,19 @@ def _together_lit(raymap: RayMap, layers: list[RayMap]) -> RayMap:
         trace_seconds=sum(layer.trace_seconds for layer in layers),
         escalated=raymap.escalated + sum(layer.escalated - raymap.escalated for layer in layers),
     )
+
+
+def _together_bright(caustics: list[Caustic]) -> BrightCells:
+    """Return the cells that are bright in the light of any of several wavelengths."""
+    cells = reduce(np.union1d, [one.bright.cells for one in caustics])
+    parts = []
+    for one in caustics:
+        whole = one.irradiance[..., np.newaxis] if one.rgb is None else one.rgb
+        whole = whole.reshape(-1, 1, whole.shape[-1])[cells]
+        each = np.repeat(whole.astype(np.float32), one.bright.irradiance.shape[1], axis=1)
+        each[np.searchsorted(cells, one.bright.cells)] = one.bright.irradiance
+        parts.append(each)
+    return BrightCells(cells, np.stack(parts))
 
 
 def _lit(raymap: RayMap, seen: Array, outlines: Outlines) -> RayMap:
@@ -146,13 +162,13 @@ def _lit(raymap: RayMap, seen: Array, outlines: Outlines) -> RayMap:
     tubes.add_cut(np.argwhere(cut).astype(np.float64), left, total)
     account = tubes.account
     bent = account.bent if _may_meet_more(scene) else 0.0
-    filled, records = account.close(), account.records
-    gathered = filled / direct[..., np.newaxis]
+    (gathered, bright), records = account.close(direct), account.records
     return replace(
         raymap,
         caustic=Caustic(
             irradiance=gathered @ weights,
             rgb=gathered if is_coloured else None,
+            bright=bright,
             flux=total,
             shares=Frozen({name: light / total + 0.0 for name, light in account.ends.items()}),  # no -0
             cut=int(cut.sum()),

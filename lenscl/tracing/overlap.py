@@ -96,19 +96,26 @@ class Cells:
             np.add.at(dropped, at, part)
 
     def filled(self) -> Array:
-        """Return what the cells have got, shape (rows, columns, C).
+        """Return what the cells have got, shape (rows, columns, C)."""
+        return next(self.bands(self.rows))
+
+    def bands(self, rows: int) -> Iterator[Array]:
+        """Yield what the cells have got, so many rows at a time, shape (rows or fewer, columns, C).
 
         What the running sum may leave by rounding where there is nothing is taken for nothing. It goes by all changes
         in a row, whichever way, not by what is left of them: triangles of small area are dense.
         """
         changes = self._changes.reshape(-1, self.rows, self.columns + 1)
-        spread = np.cumsum(changes, axis=-1)[..., : self.columns]
-        if self._slopes is not None:
-            slopes = np.cumsum(self._slopes.reshape(changes.shape), axis=-1)[..., : self.columns]
-            spread += slopes * (np.arange(self.columns) + 0.5 - self.columns / 2)
-        spread[np.abs(spread) <= _ROUNDING * self._changed[..., np.newaxis]] = 0.0
-        spread += self._dropped.reshape(spread.shape)
-        return np.moveaxis(spread, 0, -1)
+        slopes = None if self._slopes is None else self._slopes.reshape(changes.shape)
+        dropped = self._dropped.reshape(-1, self.rows, self.columns)
+        for first in range(0, self.rows, rows):
+            some = np.s_[:, first : first + rows]
+            spread = np.cumsum(changes[some], axis=-1)[..., : self.columns]
+            if slopes is not None:
+                rise = np.cumsum(slopes[some], axis=-1)[..., : self.columns]
+                spread += rise * (np.arange(self.columns) + 0.5 - self.columns / 2)
+            spread[np.abs(spread) <= _ROUNDING * self._changed[some][..., np.newaxis]] = 0.0
+            yield np.moveaxis(spread + dropped[some], 0, -1)
 
     def _add_edges(self, starts: Array, ends: Array, density: Array) -> None:
         """Add what edges change of a running sum along the rows."""

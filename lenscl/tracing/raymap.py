@@ -151,6 +151,27 @@ class Samples:
         return replace(self, **rays, added=Frozen(added))
 
 
+@dataclass(frozen=True, eq=False)
+class BrightCells:
+    """Cells of the picture in which the irradiance exceeds 1 and varies, with the irradiance of their parts.
+
+    A whole number stops at white, so the colour of such a cell is the mean over its parts of what each of them shows.
+    The parts of a cell are n x n equal ones, row by row: 3 x 3, and of pictures of more than 2^24 cells the cell.
+
+    Attributes
+    ----------
+    cells : int64 array, shape (P,)
+        Their numbers, row by row, rising.
+    irradiance : float32 array, shape (P, n^2, C)
+        As `Caustic.rgb` where there is that, of C = 3 channels, else as `Caustic.irradiance`, of C = 1. The mean over
+        the parts is that of the cell. With `effects.dispersion` it has an axis of wavelengths in front; in a cell
+        that is bright at some wavelengths only, all parts have the cell's mean at the others.
+    """
+
+    cells: NDArray[np.int64] = field(repr=False)
+    irradiance: NDArray[np.float32] = field(repr=False)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Caustic:
     """The light on the picture: what `effects.caustics` adds.
@@ -165,6 +186,8 @@ class Caustic:
     rgb : float64 array, shape (H, W, 3), or None
         The irradiance of red, green and blue, linear, where `absorption` is compiled in; else all are the same. With
         `effects.dispersion` it has an axis of wavelengths in front: the three along the ways of each.
+    bright : BrightCells
+        The irradiance of the parts of cells in which it exceeds 1 and varies.
     flux : float
         Light of the cone through the film: its solid angle in steradian, or for parallel light its area across.
     shares : mapping of str to float
@@ -184,6 +207,7 @@ class Caustic:
 
     irradiance: NDArray[np.float64] = field(repr=False)
     rgb: NDArray[np.float64] | None = field(repr=False)
+    bright: BrightCells = field(repr=False)
     flux: float
     shares: Mapping[str, float]
     cut: int

@@ -17,11 +17,16 @@ from numpy.typing import NDArray
 from lenscl.config import Scene
 from lenscl.status import RayStatus
 from lenscl.tracing.overlap import Cells
+from lenscl.tracing.raymap import BrightCells
 
 LANDS = tuple(int(status) for status in RayStatus if status.lands)
 # A tube's corners on a grid of corners: corner, right, down, far
 CORNERS = (np.s_[..., :-1, :-1], np.s_[..., :-1, 1:], np.s_[..., 1:, :-1], np.s_[..., 1:, 1:])
 _TRIANGLES = ([0, 1, 2], [1, 3, 2])  # of them
+_PARTS = 3  # of a cell, each way, whose light is told apart: steps of a clipped edge fall below 48 of 255 codes
+_EVEN_PARTS = 1e-3  # of the brightest part of a cell: parts that differ by less clip as their mean does, to half a code
+_MOST_CELLS = 2**24  # of a picture whose cells have parts: they take nine times the memory
+_TOGETHER = 2**20  # parts of cells at a time
 _AGREES = 0.3  # of a triangle's light: by so much it may differ from what its corners gather, which else say nothing
 _EVEN = 0.002  # of what corners gather: less shows no slope
 _SHOWN = 0.25  # cells: a smaller triangle shows none
@@ -197,7 +202,8 @@ class Account:
     def __init__(self, scene: Scene, weights: Array) -> None:
         columns, rows = scene.picture.size
         self.weights = weights
-        self.cells = Cells(rows, columns, len(weights))
+        self.side = parts_of_cells(scene)
+        self.parts = Cells(self.side * rows, self.side * columns, len(weights))
         self.landed = 0.0  # on the picture or beside it
         self.not_excluded = 0.0  # through tubes whose light may end elsewhere
         self.bent = 0.0  # through other tubes, that lenses have bent
@@ -237,15 +243,15 @@ class Account:
             arrives = np.abs(gathered)[..., np.newaxis] * left
             least, most = _extremes(arrives)
             agrees &= (most - least > _EVEN * (least + most)).any(axis=-1)
-        self.cells.spread(places[~agrees], carried[~agrees])
-        self.cells.spread(places[agrees], carried[agrees], arrives[agrees])
+        self.parts.spread(self.side * places[~agrees], carried[~agrees])
+        self.parts.spread(self.side * places[agrees], carried[agrees], arrives[agrees])
 
     def add_rays(self, rays: TubeRays, flux: Array) -> None:
         """Let the light of tubes, shape (N,), go where single rays go."""
         lands = np.isin(rays.status, LANDS)
         arrives = self._weigh(flux, rays.refracted, rays.refracted[:, np.newaxis] * rays.left)
         self._end(rays.status, lands, arrives)
-        self.cells.drop(rays.place[lands], arrives[lands])
+        self.parts.drop(self.side * rays.place[lands], arrives[lands])
 
     def _weigh(self, flux: Array, refracted: Array, left: Array) -> Array:
         self.ends["reflected"] += float((flux * (1.0 - refracted)).sum())
@@ -258,9 +264,38 @@ class Account:
         for number, light in enumerate(np.bincount(status[~lands], weighed[~lands], len(RayStatus))):
             self.ends[RayStatus(number).name.lower()] += float(light)
 
-    def close(self) -> Array:
-        """Return what the cells have got, shape (H, W, C), and account for what has landed."""
-        filled = self.cells.filled()
-        self.ends["picture"] = float((filled @ self.weights).sum())
-        self.ends["off_picture"] = self.landed - self.ends["picture"]
-        return filled
+    def close(self, direct: Array) -> tuple[Array, BrightCells]:
+        """Return what the cells have got, and account for what has landed.
+
+        Parameters
+        ----------
+        direct : float64 array, shape (H, W)
+            What the source sends to each cell.
+
+        Returns
+        -------
+        irradiance : float64 array, shape (H, W, C)
+            Ratios to `direct`.
+        bright : BrightCells
+        """
+        (rows, columns), side, channels = direct.shape, self.side, len(self.weights)
+        irradiance, bright, got = np.empty((rows, columns, channels)), [], 0.0
+        band = max(1, _TOGETHER // (side**2 * columns))
+        for first, parts in zip(range(0, rows, band), self.parts.bands(side * band), strict=True):
+            some = slice(first, first + band)
+            each = parts.reshape(-1, side, columns, side, channels)
+            got += float((parts @ self.weights).sum())
+            irradiance[some] = each.sum(axis=(1, 3)) / direct[some, :, np.newaxis]
+            each = np.moveaxis(each, 1, 2).reshape(-1, side**2, channels)
+            each = each / (direct[some].reshape(-1, 1, 1) / side**2)
+            most = each.max(axis=1)
+            numbers = np.flatnonzero(((most > 1.0) & (most - each.min(axis=1) > _EVEN_PARTS * most)).any(axis=1))
+            bright.append((numbers + first * columns, each[numbers].astype(np.float32)))
+        self.ends["picture"] = got
+        self.ends["off_picture"] = self.landed - got
+        return irradiance, BrightCells(*(np.concatenate(arrays) for arrays in zip(*bright, strict=True)))
+
+
+def parts_of_cells(scene: Scene) -> int:
+    """Return into how many parts each way the cells of a scene's picture are divided where their light is bright."""
+    return _PARTS if scene.picture.columns * scene.picture.rows <= _MOST_CELLS else 1

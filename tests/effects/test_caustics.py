@@ -282,7 +282,7 @@ def test_films_of_a_few_pixels_light_the_picture_too(size: list[int]) -> None:
 def test_light_that_does_not_fit_into_memory_is_refused_before_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(memory, "free_memory", lambda: 2**30)
     with pytest.raises(
-        TraceError, match=r"^effects\.caustics: the cells of a picture of 9,000 x 9,000 .* take 4\.8 GiB"
+        TraceError, match=r"^effects\.caustics: the cells of a picture of 9,000 x 9,000 .* take 5\.4 GiB"
     ):
         lit(AWAY, picture={"size": [9000, 9000]})
 

@@ -101,7 +101,8 @@ def test_a_tube_carries_the_mean_of_what_its_corners_let_on_and_not_of_its_facto
         gathered=np.ones((1, 4)),
     )
     account.add_tubes(corners, np.array([[3.0, 6.0]]))
-    assert account.close().sum() == pytest.approx(3.0 * 0.25 / 3 + 6.0 * 1.25 / 3)
+    sent = np.ones((asked.picture.rows, asked.picture.columns))
+    assert account.close(sent)[0].sum() == pytest.approx(3.0 * 0.25 / 3 + 6.0 * 1.25 / 3)
     assert account.ends["reflected"] == pytest.approx(3.0 * 1.5 / 3 + 6.0 * 1.5 / 3)
     assert sum(account.ends.values()) == pytest.approx(9.0)
 
