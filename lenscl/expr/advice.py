@@ -1,4 +1,4 @@
-"""What to write instead of what an expression cannot hold: characters, names and functions of other notations."""
+"""What to write instead of characters, names and functions that an expression must not contain."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ _ADVICE = {
 }
 _SIGNS = {"=": "=", "<": "<", ">": ">", "≤": "<", "≥": ">", "⩽": "<", "⩾": ">"}
 _ALLOWED = "allowed are numbers, names, ( ) , and + - * / ^"
-_WORDS = re.compile(r"\b(if|else|and|or|not|lambda)\b|&&|\|\||\?")  # that join conditions, or choose by them
+_WORDS = re.compile(r"\b(if|else|and|or|not|lambda)\b|&&|\|\||\?")  # of conditions
 _INSIDE = "write the surface as an expression that is negative inside"
 
 _CONSTANTS = {"pi": "3.141592653589793", "tau": "6.283185307179586", "e": "2.718281828459045"}
-# Functions of other notations, in the functions that there are
+# Functions of other notations, written by the functions of this one
 _OTHERWISE = {
     "ln": "log(u)",
     "log10": "log(u)/2.302585092994046",
