@@ -33,18 +33,10 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Outer:
-    """A rule for the sign of t - c, t an operation.
+    """A rule for the sign of t - c, t an operation; ~ in `identity` stands for "has the sign of".
 
-    Attributes
-    ----------
-    op : str
-        The operation of t.
-    identity, condition : str
-        The rule, and when it holds; ~ stands for "has the sign of".
-    apply : callable
-        Applies the rule to t and c; None if it does not fit.
-    is_affine : bool
-        Whether t is an affine function of u. Such rules alone make no expression easier to search.
+    `apply` applies the rule to t and c, and returns None if it does not fit. `is_affine`: t is an affine function of u.
+    Such rules alone make no expression easier to search.
     """
 
     op: str
