@@ -1,4 +1,4 @@
-// interval.cl: all that an expression can be on a segment of a ray, as a band about a straight line.
+// interval.cl: bounds of an expression on a segment of a ray: a band about a straight line.
 //
 // provides  band_t; coordinate_error(); band_reach(), band_low(), band_high(), band_pick(), band_between(), band_known(),
 //           band_settled(), band_top(), band_or_sign()
@@ -6,28 +6,30 @@
 // source    affine arithmetic cut down to one shared term: Knoll, Hijazi, Kensler, Schott, Hansen, Hagen, Fast ray
 //           tracing of arbitrary implicit surfaces with interval and affine arithmetic, CGF 28(1), 2009
 //
-// A segment is seen from its middle: u = -1 where it starts, 1 where it ends. The value of an expression at u differs
-// from mid + rise u by at most error; at every real place of the segment, in exact arithmetic. Since the line keeps
-// what the parts have in common, error shrinks with the square of the segment's length; for plain intervals, with the
-// length. There is no directed rounding in OpenCL, so each operation (interval_*.cl) adds to error what its own rounding can be:
+// The parameter u runs from -1 at the segment's start to 1 at its end. At every real u in [-1, 1], the exact value of the
+// expression differs from mid + rise u by at most error. The line holds the linear part of the expression, so error
+// shrinks with the square of the segment's length. The width of a plain interval shrinks with the length only.
 //
-//   ROUNDING (twice the unit roundoff) of the magnitudes that it adds up: one rounding of the line's two numbers;
-//     products and functions say what more
-//   the factor WIDEN for the sums of positive terms that make up error itself: not more than 16 roundings
-//   UNDERFLOW: not more than 16 results that are flushed to zero, of which each loses less than the smallest normal
+// OpenCL has no directed rounding. So each operation (interval_*.cl) adds a bound on its own rounding to error:
 //
-// Unknown is a band of which any of the three numbers is infinite or NaN: then none of them says anything. An unknown
-// stays one by three rules:
+//   ROUNDING (twice the unit roundoff) times the magnitudes that it adds up: one rounding of mid and one of rise. Products
+//     and functions state what they add to that
+//   the factor WIDEN: at most 16 roundings of the sums of positive terms that make up error itself
+//   UNDERFLOW: at most 16 results that are flushed to zero. Each of them loses less than the smallest normal number
 //
-//   every operation on an unknown band gives an unknown one; of a choice, of which one operand is not taken, the other
-//   a proof is a comparison that holds, for one with NaN never does. min_v() and max_v() are none, and lose a NaN that is
-//     their second operand: that must be a number, or stand in the error as well
-//   leaves are settled before F's max and min join what is known of their ends: an unknown one lies between -infinity and
-//     infinity, of which min_v() and max_v() take the right one on either side
+// A band is unknown if mid, rise or error is infinite or NaN. An unknown band bounds nothing, even if two of the three are
+// finite. Three rules keep it unknown:
+//
+//   1. The result of an operation is unknown if an operand is unknown. The one exception is band_where(): where its
+//      condition is proved, it returns that branch, and the other branch may be unknown
+//   2. A proof is a comparison that is true, since a comparison with NaN is false. min_v(a, b) and max_v(a, b) are no
+//      proofs: they return a if b is NaN. So b must not be NaN, or error must become NaN or infinite with it
+//   3. F's max and min join bounds of the leaves by min_v() and max_v(). An unknown leaf first goes through
+//      band_settled(), which gives it the bounds -infinity and infinity instead of NaN
 
 #define ROUNDING ((realv)REAL_EPSILON)
 #define WIDEN ((realv)(1 + 8 * REAL_EPSILON))
-#define LOOSEN ((realv)(1 + 64 * REAL_EPSILON))  // for what takes up to 128 roundings: bounds of curvature
+#define LOOSEN ((realv)(1 + 64 * REAL_EPSILON))  // for up to 128 roundings, as in bounds of curvature
 #define UNDERFLOW ((realv)(16 * REAL_TINY))
 #define HALF ((realv)NUMBER(0.5))
 
@@ -35,7 +37,7 @@ typedef struct {
   realv mid, rise, error;
 } band_t;
 
-// How far a band reaches from mid, rounded up.
+// The largest distance of a band's values from mid, rounded up.
 static inline realv band_reach(band_t a) { return (abs_v(a.rise) + a.error) * WIDEN + ROUNDING * abs_v(a.mid); }
 
 static inline realv band_low(band_t a) { return a.mid - band_reach(a); }
@@ -47,7 +49,7 @@ static inline band_t band_pick(maskv m, band_t a, band_t b) {
   return c;
 }
 
-// Everything between two numbers that are each wrong by at most so many ulp.
+// All values between low and high, each of which may be wrong by `ulps` ulp.
 static inline band_t band_between(realv low, realv high, int ulps) {
   const band_t c = {HALF * low + HALF * high, (realv)0,
                     ((HALF * high - HALF * low) + (realv)(ulps + 1) * ROUNDING * (abs_v(low) + abs_v(high))) * WIDEN +
@@ -55,34 +57,39 @@ static inline band_t band_between(realv low, realv high, int ulps) {
   return c;
 }
 
-// The same band, or nothing known outside the lanes.
+// The same band in the lanes of `known`, an unknown band in the others.
 static inline band_t band_known(maskv known, band_t a) {
   const band_t c = {a.mid, a.rise, known ? a.error : (realv)INFINITY};
   return c;
 }
 
-// The same band, or 0 within infinity where any of its numbers is none.
+// The same band; an unknown one becomes 0 with infinite error.
 static inline band_t band_settled(band_t a) {
   const maskv known = abs_v(a.mid) + abs_v(a.rise) + a.error < (realv)INFINITY;
   const band_t c = {known ? a.mid : (realv)0, known ? a.rise : (realv)0, known ? a.error : (realv)INFINITY};
   return c;
 }
 
-// What a coordinate o + t d may be wrong by, t in [0, 1]: roundings of o, of t d twice and of the sum.
+// A bound on the error of a coordinate o + t d, t in [0, 1]: one rounding of o, two of t d and one of the sum.
 static inline realv coordinate_error(realv o, realv d) {
   return (realv)(1 + INPUT_ROUNDINGS) * ROUNDING * (abs_v(o) + (realv)2 * abs_v(d)) + UNDERFLOW;
 }
 
-// The most that a band holds, as a number, raised to where the curvatures of functions at a pole do not overflow.
+// The upper bound of a band, as a band without width. It is raised to at least `smallest`, so that the curvature of a
+// function near its pole does not overflow. It is unknown if the band is.
 static inline band_t band_top(band_t a) {
   const realv smallest = (realv)16 / sqrt((realv)REAL_MAX);
   const band_t c = {max_v(band_high(a), smallest), (realv)0, (realv)0 * a.error};
   return c;
 }
 
-// A leaf of F that goes to infinity on the segment: its band, or where that tells nothing its sign. falls: the leaf goes to
-// minus infinity, and never is above `bound`; else to infinity, and never below. The sign is a band of the largest number, so
-// that nobody takes it for what the leaf is.
+// The band of a leaf of F that may go to infinity on the segment. If that band is unknown, the result says the leaf's sign.
+//
+//   falls  whether the leaf goes to minus infinity (else to infinity)
+//   bound  the band of an upper bound of the leaf if it falls, else of a lower bound
+//
+// A negative upper bound proves a negative sign, a positive lower bound a positive one. The result is then the largest
+// number with that sign: interval_leaf.cl takes no number beyond LARGEST for the leaf's value.
 static inline band_t band_or_sign(band_t a, band_t bound, bool falls) {
   const realv far = falls ? band_high(bound) : band_low(bound);
   const maskv told = falls ? far < (realv)0 : far > (realv)0;

@@ -3,30 +3,30 @@
 // provides  cbrt_t, cbrt_of(); band_of_cbrt(), start_of_cbrt(), slope_of_cbrt()
 // needs     prelude, functions, interval, interval_polynomials, interval_arithmetic, interval_curves
 //
-// Where such a q comes near zero its root has a cusp, and q's band says little of q^(-2/3), nothing where it reaches
-// below zero. But no place of the ray makes q negative, none beyond the segment either. So with v >= 0 the least that q
-// is anywhere, q'^2 = 4 c2 (q - v), and the root's slope is of the size
+// Near a zero of such a q its root has a cusp. There q's band gives a wide bound on q^(-2/3), and none if it reaches below
+// zero. But q is negative nowhere on the ray, also beyond the segment. Let v >= 0 be the least value of q on the whole ray.
+// Then q'^2 = 4 c2 (q - v), and the size of the root's slope is
 //
 //   |q'| / (3 q^(2/3)) = 2/3 sqrt(c2) sqrt(q - v) q^(-2/3) <= 2/3 sqrt(c2) q^(-1/6),
 //
-// which hardly grows where q shrinks. Where v lies on the segment the middle is largest at q = 4 v, 0.6874 times
-// 2/3 sqrt(c2) v^(-1/6).
+// which grows slowly as q shrinks. If q takes the value v on the segment, the middle term is largest at q = 4 v: it is
+// 0.6874 times 2/3 sqrt(c2) v^(-1/6) there.
 
 #define INVERSE_CBRT_ULP 4
 #define TOP_OF_CUSP ((realv)NUMBER(0.6874))  // sqrt(3) / 4^(2/3), rounded up
 
-// The cube root of a quadratic on the segment: what the one and the other lie between. It is made once for all of its
-// bands, for PoCL's compiler does not see that they have it in common.
+// Bounds of a quadratic on the segment, and of its cube root. They are computed once for all bands of the root, since PoCL's
+// compiler does not see that the bands have them in common.
 typedef struct {
   quadratic_t of;
-  realv low, high;                  // low is 0 or normal, high is normal: its doubt is
-  realv at_low, at_high;            // the root there
-  realv inverse_low, inverse_high;  // 1 over it; where low is 0 it means nothing
+  realv low, high;                  // of the quadratic; low is 0 or normal, high is normal as its error is
+  realv at_low, at_high;            // the cube roots of low and high
+  realv inverse_low, inverse_high;  // the reciprocals of these; without meaning where low is 0
   realv chord;                      // slope of the root from low to high
 } cbrt_t;
 
-// A c2 below zero is so by rounding, 2 errors at most, and is taken as zero. At a place some ulp off the lowest, q is
-// higher by their square.
+// A c2 below zero is so by rounding, by at most 2 errors, and is taken as zero. A few ulp away from the lowest place, q is
+// higher by c2 times the square of that distance.
 static inline cbrt_t cbrt_of(quadratic_t q) {
   const realv bend = max_v(q.c[2], (realv)0);
   const realv lowest = min_v((realv)1, max_v((realv)-1, HALF * q.c[1] / bend));  // at -u
@@ -56,8 +56,8 @@ static inline band_t band_of_cbrt(cbrt_t root) {
   return band_known(root.high < (realv)REAL_MAX, c);
 }
 
-// Where the segment starts q lies within a share x of the highest that it can be, and for x <= 1/2
-// (1 - x)^(1/3) >= 1 - x / 3 - x^2 / 6; else from 0 on.
+// Let h be the upper bound of q at the segment's start, and (1 - x) h the lower bound. For x <= 1 / 2,
+// (1 - x)^(1/3) >= 1 - x / 3 - x^2 / 6. For a larger x the lower bound of the root is 0.
 static inline band_t start_of_cbrt(cbrt_t root) {
   const band_t start = start_of_quadratic(root.of);
   const realv high = band_high(start);
@@ -73,10 +73,10 @@ static inline band_t start_of_cbrt(cbrt_t root) {
   return band_known(high < (realv)REAL_MAX, c);
 }
 
-// q' q^(-2/3) / 3 with a chord of what q' is multiplied by: from low to high it falls by
-// (1/r + 1/s) / (3 r s (r^2 + r s + s^2)) a unit of q, r and s being the roots, and a chord lies above a curve by at
-// most an eighth of its width's square times the curvature, here at most 10/27 low^(-8/3). Where the segment is so long
-// that this says less than the cusp's height, the latter.
+// The slope is q' times the factor q^(-2/3) / 3, which is bounded by its chord over [low, high]. With r and s the roots of low
+// and high, the chord falls by (1/r + 1/s) / (3 r s (r^2 + r s + s^2)) a unit of q. A chord lies above a curve by at most an
+// eighth of the width's square times the second derivative, here at most 10/27 low^(-8/3). On a long segment the cusp's bound
+// above is the narrower one, and is taken.
 static inline band_t slope_of_cbrt(cbrt_t root) {
   const quadratic_t q = root.of;
   const realv third = (realv)NUMBER(0.33333333333333333);
@@ -88,7 +88,7 @@ static inline band_t slope_of_cbrt(cbrt_t root) {
                                    6 * INVERSE_CBRT_ULP + 2 * CBRT_ULP + DIVIDE_ULP + 4);
   const band_t product = band_multiply(slope_of_quadratic(q), factor);
 
-  // Without doubt v is on the segment
+  // Lanes where q is proved to take the value v on the segment
   const realv bend = max_v(q.c[2], (realv)0);
   const maskv turns = abs_v(q.c[1]) + (realv)8 * q.error <= bend + bend;
   const realv top = (realv)NUMBER(0.66666666666666667) * sqrt((bend + (realv)2 * q.error) * a) *

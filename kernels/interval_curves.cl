@@ -1,4 +1,4 @@
-// interval_curves.cl: a function of a band, from what is known of its curve.
+// interval_curves.cl: a function of a band, from bounds of its second derivative or from its chord.
 //
 // provides  the *_ULP; band_bent(), band_chord()        needs  prelude, interval
 
@@ -15,10 +15,12 @@
 #define TANH_ULP 5
 #define POW_ULP 16
 
-// g(a) = value + slope (a - mid) + c (a - mid)^2 / 2, where g'' is c, between curve_low and curve_high over the band.
+// g(a) = value + slope (a - mid) + c (a - mid)^2 / 2. Over the band, g'' and so c lie between curve_low and curve_high.
 //
-//   ulps   bounds the relative errors of value and slope; curve_low and curve_high may be wrong by 60.
-//          What is flushed to zero in the three is multiplied as they are
+//   ulps   bounds the relative errors of value and slope. Those of curve_low and curve_high may be 60 ulp
+//
+// Value, slope and curvature may each have been flushed to zero. The loss is multiplied as they are: by 1, by reach and by
+// half_square.
 static inline band_t band_bent(band_t a, realv value, realv slope, realv curve_low, realv curve_high, int ulps) {
   const realv reach = band_reach(a);
   const realv half_square = HALF * reach * reach * LOOSEN + (realv)REAL_TINY;  // the product may be flushed to zero
@@ -33,8 +35,12 @@ static inline band_t band_bent(band_t a, realv value, realv slope, realv curve_l
   return c;
 }
 
-// A curve from low to high that lies between its chord and the parallel tangent, at most `bulge` away and, where that is
-// negative, below. ulps: at low it is `value`, and value and the chord's slope may be wrong by so many.
+// A function on [low, high] whose graph lies between its chord and the tangent parallel to it.
+//
+//   value  the function at low
+//   slope  of the chord
+//   bulge  how far the tangent lies above the chord; negative if it lies below
+//   ulps   bounds the relative errors of value and slope
 static inline band_t band_chord(band_t a, realv low, realv high, realv value, realv slope, realv bulge, int ulps) {
   const realv climb = abs_v(slope) * (high - low);
   const band_t c = {value + slope * (a.mid - low) + HALF * bulge, slope * a.rise,

@@ -10,17 +10,17 @@ static inline band_t band_exp(band_t a) {
 
 static inline band_t band_log(band_t a, realv least) {
   const realv low = max_v(band_low(a), least);
-  const realv steepest = (realv)1 / low;  // its square may be 0, where that of low is no number
+  const realv steepest = (realv)1 / low;  // steepest^2 may be flushed to zero, low^2 may overflow
   const band_t bent = band_bent(a, log(a.mid), (realv)1 / a.mid, -steepest * steepest, (realv)0, LOG_ULP + DIVIDE_ULP);
   return band_known((low > (realv)0) & (a.mid >= low) & (band_high(a) < (realv)REAL_MAX), bent);
 }
 
-// A wave of height 1 whose value and slope are known at the middle, seen from there: value cos(v) + slope sin(v), |v| <= r,
-// the band's reach, where
+// The sine or cosine of a band, from value and slope at a.mid. With v = a - a.mid and |v| <= r, the band's reach, it is
+// value cos(v) + slope sin(v), where
 //
-//   cos(v) lies in [1 - r^2 / 2, 1],   sin(v) within r^3 / 24 + r^5 / 120 of (1 - r^2 / 8) v;
+//   cos(v) lies in [1 - r^2 / 2, 1],   sin(v) within r^3 / 24 + r^5 / 120 of (1 - r^2 / 8) v.
 //
-// for r > 3 / 2, or too far out for an exact turn, it may be all of [-1, 1].
+// The band is [-1, 1] for r > 3 / 2, and where a.mid is too large to take off multiples of pi / 2 exactly.
 static inline band_t band_wave(band_t a, realv value, realv slope) {
   const realv reach = band_reach(a);
   const realv square = reach * reach;
@@ -41,7 +41,8 @@ static inline band_t band_sin(band_t a) { return band_wave(a, quarter_wave(a.mid
 
 static inline band_t band_cos(band_t a) { return band_wave(a, quarter_wave(a.mid, 1), -quarter_wave(a.mid, 0)); }
 
-// Between low and high, less than 3 apart, there is a pole exactly if the tangent falls. Its curvature rises.
+// The band's ends are less than 3 < pi apart. So a pole lies between two of low, middle and high exactly if the tangent is
+// lower at the later one. Between poles the tangent's second derivative increases.
 static inline band_t band_tan(band_t a) {
   const realv low = tan_v(band_low(a));
   const realv high = tan_v(band_high(a));
@@ -52,8 +53,9 @@ static inline band_t band_tan(band_t a) {
   return band_known((band_reach(a) < NUMBER(1.5)) & (low <= value) & (value <= high), bent);
 }
 
-// |tanh''| <= 4 / (3 sqrt 3) = 0.7698; the slope 1 - tanh^2 is wrong by twice the value's error. Over a long band, and far
-// out, where it is as good as flat, all that lies between the values at the ends is less, for it rises.
+// |tanh''| <= 4 / (3 sqrt 3) = 0.7698. The error of the slope 1 - tanh^2 is at most twice that of the value. Since tanh
+// increases, it also lies between its values at the ends. The narrower of both bands is returned: the second one on a long
+// segment, and far from 0, where tanh is nearly constant.
 static inline band_t band_tanh(band_t a) {
   const realv value = tanh(a.mid);
   const realv reach = band_reach(a);
@@ -66,7 +68,8 @@ static inline band_t band_tanh(band_t a) {
   return band_known(reach < (realv)REAL_MAX, band_pick(bent.error < between.error, bent, between));
 }
 
-// The angle is that of the middle plus the arc tangent of the rest, in axes turned so that the middle lies along x.
+// The angle of the point (x.mid, y.mid), plus an arc tangent of what differs from it: in axes that are turned so that this
+// point lies along x.
 static inline band_t band_atan2(band_t y, band_t x) {
   const band_t along = band_add(band_scale(x, x.mid), band_scale(y, y.mid));
   const band_t across = band_subtract(band_scale(y, x.mid), band_scale(x, y.mid));
@@ -78,7 +81,7 @@ static inline band_t band_atan2(band_t y, band_t x) {
   band_t angle = band_shift(turned, value);
   angle.error = (angle.error + (realv)ATAN_ULP * ROUNDING * abs_v(value)) * WIDEN;
 
-  // Across the cut, where x <= 0 and y changes sign, and about the origin, it may be anything from -pi to pi
+  // On the branch cut, x <= 0 and y = 0, and around the origin the angle may have any value from -pi to pi
   const maskv cut = (band_low(x) <= (realv)0) & (band_low(y) <= (realv)0) & (band_high(y) >= (realv)0);
   const band_t all = {(realv)0, (realv)0, (realv)NUMBER(3.1415928)};
   const maskv bounded = (band_reach(y) < (realv)REAL_MAX) & (band_reach(x) < (realv)REAL_MAX);
@@ -86,7 +89,8 @@ static inline band_t band_atan2(band_t y, band_t x) {
   return band_known(bounded, band_pick(sure, angle, all));
 }
 
-// The slope of what an angle is part of, where that does not turn over: there it jumps, and its slope tells nothing of that.
+// The slope of an expression that contains atan2. It is unknown where the angle may jump on its branch cut: the slope does
+// not show the jump.
 static inline band_t band_unbroken(band_t angle, band_t slope) {
   return band_known(angle.error < (realv)NUMBER(3.0), slope);
 }

@@ -1,33 +1,35 @@
-// interval_leaf.cl: how long one smooth leaf of F holds its sign, by bounds of its slope.
+// interval_leaf.cl: how far along the segment one smooth leaf of F keeps its sign, by bounds of its slope.
 //
 // provides  SURFACE(leaf_t), SURFACE(see_leaves)(), ALONE
 // needs     prelude, functions, search, interval, interval_polynomials; SURFACE(LEAVES), SURFACE(joined)()
 //
-// See the leaf as G, turned so that it is positive where the segment starts. Its slope lies between two parallel lines, so
-// G lies between two parabolas,
+// G is the leaf times its sign at the segment's start, so G is positive there. The slope of G lies between two parallel
+// lines, so G lies between two parabolas,
 //
-//   G(0) - (falls +- wrong) t - bends t^2 / 2,
+//   G(0) - (falls +- wrong) t - bends t^2 / 2.
 //
-// and it holds its sign up to the lower one's first root, has lost it at the upper one's first root, and only once if the
-// upper line is negative between the two. Both roots close in on a simple crossing with the third power of the length.
+// G is positive before the first root of the lower parabola, and no longer at the first root of the upper one. It has a
+// single root between the two if the upper bound of its slope is negative there. At a simple root of G the distance of the
+// two shrinks with the third power of the segment's length.
 
 #define LARGEST (REAL_MAX * REAL_EPSILON * REAL_EPSILON)  // slope has 8 REAL_EPSILON of its size in `wrong`
-#define ALONE (SURFACE(LEAVES) == 1)  // then F's own sign is known, whatever rounding says of the leaf's
+#define ALONE (SURFACE(LEAVES) == 1)  // then the leaf is F, whose sign at the start is known
 
 // All places are measured from the segment's start.
 typedef struct {
   realv sign;     // at the start
-  realv holds;    // up to here the leaf has no other
-  realv flips;    // here it has; the segment's length, where that is not known to happen
-  realv falling;  // where positive: it falls from where it may flip first to where it has
-  realv fit;      // a segment of this share of the length would say more
+  realv holds;    // the leaf has this sign up to here
+  realv flips;    // the leaf has the other sign here; the segment's length if no change of sign is proved
+  realv falling;  // positive if G is proved to decrease all the way from `holds` to `flips`
+  realv fit;      // a shorter segment, of this share of the length, would prove more
 } SURFACE(leaf_t);
 
-// From the leaf's bands at the start and of its slope.
+// From the band of the leaf at the start, and the band of its slope.
 //
 //   sign   as in leaf_t
-//   zero   lanes where the leaf is 0 at the start      known  lanes where it has that sign there, whatever rounding says
-//   slack  of a place, for its roundings
+//   zero   lanes where the leaf is 0 at the start
+//   known  lanes where `sign` is proved in another way than by the band at the start
+//   slack  bound on the rounding of a place
 static inline __attribute__((always_inline)) SURFACE(leaf_t)
     SURFACE(leaf)(band_t start, band_t slope, realv sign, maskv zero, maskv known, realv length, realv half_length,
                   realv slack) {
@@ -39,7 +41,7 @@ static inline __attribute__((always_inline)) SURFACE(leaf_t)
   const realv falls = sign * (slope.rise - slope.mid);  // at the start
   const realv bends = -sign * slope.rise;
 
-  // Where may it be zero first, and from where has it surely another sign?
+  // Lower and upper bound of G's first root
   const realv unit = down_scale(max_v(max_v(abs_v(level_high), abs_v(falls) + wrong), abs_v(bends)));
   const realv sloped = unit * falls, doubt = unit * wrong, bent = unit * bends;
   const realv first = parabola_root(unit * level_low, sloped + doubt, bent, true) * half_length;
@@ -55,13 +57,14 @@ static inline __attribute__((always_inline)) SURFACE(leaf_t)
   const realv surely = (falls - wrong) * half_length;
   leaf.falling = knows ? min_v(surely + bends * leaf.holds, surely + bends * leaf.flips) : (realv)0;
 
-  // The slope's error shrinks with the square of the length; what it said of this segment is known by a half
+  // The slope's error shrinks with the square of the length: at this share it is half of the slope at the start
   leaf.fit = max_v((realv)NUMBER(0.125), min_v(HALF, sqrt(HALF * abs_v(falls) / wrong)));
   return leaf;
 }
 
-// Of all leaves. Where a ray departs one leaf is zero: the one that is nearest to it in units of its rounding. On an edge
-// it is not known which. Elsewhere F's sign is known, and so is that of a leaf which alone could make it another.
+// The same for all leaves. Where a ray starts on the surface, one leaf is zero: the one that is nearest to zero in units
+// of its error. On an edge several may be zero, and none is taken to be. Elsewhere F's sign is known. If only one leaf's
+// sign is unknown there, and F would have the other sign with that leaf, then the leaf has F's sign.
 static inline __attribute__((always_inline)) void
     SURFACE(see_leaves)(const band_t starts[SURFACE(LEAVES)], const band_t slopes[SURFACE(LEAVES)], realv side,
                         maskv on_root, realv length, realv half_length, realv slack,

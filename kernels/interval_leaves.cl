@@ -1,25 +1,25 @@
-// interval_leaves.cl: how long F holds its sign, and whether it crosses zero once, from what its leaves do.
+// interval_leaves.cl: how far F keeps its sign, and whether it has a single root, from the same of its leaves.
 //
 // provides  SURFACE(sight_t), SURFACE(see_values)(), SURFACE(see_slopes)()
 // needs     interval, search, interval_leaf; SURFACE(joined)(), SURFACE(start_bands)(), SURFACE(slope_bands)()
 //
-// F joins smooth leaves by max and min. Each leaf holds its sign for a while, which is told by a number: the leaf is not
-// negative as far ahead as a positive one says, and not positive as far as the size of a negative one. Since max and min
-// rise with their operands, F's own such number is joined of its leaves' as F is of their values. Where but one leaf may
-// flip before a place at which F's sign is another, there is one root of F, and it is that leaf's.
+// F joins smooth leaves by max and min. One number h says how far a leaf keeps its sign. If h > 0, the leaf is not negative
+// on [0, h]; if h < 0, it is not positive on [0, -h]. Since max and min increase with their operands, F's number is the same
+// max and min of its leaves' numbers. Let F have the other sign at a place, and let only one leaf be able to change its sign
+// before it. Then F changes its sign where this leaf does, and once if the leaf does so once.
 
-// What is seen of a segment; places are measured from its start.
+// What is proved of a segment. Places are measured from its start.
 typedef struct {
-  maskv sure[SURFACE(LEAVES)];   // leaves that hold their sign to the end, by their values alone
-  realv holds[SURFACE(LEAVES)];  // of each leaf, as above
-  maskv over;                    // F holds its sign to the end
-  maskv turned;                  // F has another sign at the end
-  maskv closes;                  // ... and at `until`, where only one leaf has flipped
-  maskv one;                     // F has one root, and it lies before `until`
-  realv hold;                    // so long F holds its sign
-  realv until;
-  realv leaf;                    // the number of the leaf that F waits for
-  realv fit;                     // as of that leaf
+  maskv sure[SURFACE(LEAVES)];   // leaves that keep their sign to the end, by their values alone
+  realv holds[SURFACE(LEAVES)];  // h of each leaf
+  maskv over;                    // F keeps its sign to the end
+  maskv turned;                  // F has the other sign at the end
+  maskv closes;                  // F has the other sign at `until`, where only one leaf has changed its sign
+  maskv one;                     // F has a single root before `until`
+  realv hold;                    // F keeps its sign up to here
+  realv until;                   // the segment's length unless `closes`
+  realv leaf;                    // the number of a leaf whose change of sign ends `hold`
+  realv fit;                     // as in leaf_t, of such leaves the least
 } SURFACE(sight_t);
 
 // From the leaves' bands on a segment; on_root: lanes where F is 0 at its start.
@@ -43,7 +43,8 @@ static inline SURFACE(sight_t)
   return sight;
 }
 
-// Say more of the lanes that ask. turned: lanes where F is known to have another sign at the segment's end.
+// Prove more in the lanes of `asks`, by bounds of the slopes. turned: lanes where F is known to have the other sign at the
+// segment's end.
 static inline __attribute__((always_inline)) void
     SURFACE(see_slopes)(const SURFACE(parts_t) *parts, SURFACE(t) shape, realv side, maskv asks, maskv on_root,
                         maskv turned, realv length, realv half_length, realv slack, SURFACE(sight_t) *sight) {
@@ -65,7 +66,8 @@ static inline __attribute__((always_inline)) void
   sight->hold = ALONE ? leaf[0].holds : max_v(side * SURFACE(joined)(sight->holds), (realv)0);
   sight->over = sight->over | (asks & (sight->hold >= length));
 
-  // The first flip of those that F waits for is one of F if no other leaf may flip before, and F has another sign then
+  // Of the leaves that may end `hold`, take the first that is proved to have changed its sign. F has changed its sign with
+  // it if no other leaf may have changed before, and F has the other sign with all signs as they are then
   realv until = length;
 #pragma unroll
   for (int k = 0; k < SURFACE(LEAVES); ++k) {
@@ -88,7 +90,7 @@ static inline __attribute__((always_inline)) void
   sight->turned = open & (sight->closes | sight->turned | turned);
   sight->until = sight->closes ? until : length;
 
-  // Is there one root before that place, or before the segment's end?
+  // Is there a single root before `until`?
   maskv falls = sight->turned;
   flips = (maskv)0;
 #pragma unroll

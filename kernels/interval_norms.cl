@@ -1,14 +1,15 @@
-// interval_norms.cl: (|a|^p + |b|^p)^(1/p) of bands, and its slope.
+// interval_norms.cl: (|a|^p + |b|^p)^(1/p) of bands, and its slope by a.
 //
 // provides  band_norm(), band_norm_slope()        needs  prelude, functions, norms, interval, interval_curves
 //
-// p >= 1 is promised; what its band reaches below 1 is rounding. Then the norm is convex, and no operand changes it by
-// more than its own change. Another exponent changes it by at most log(2) / p^2 of itself.
+// The caller promises p >= 1. The band of p may reach below 1 by rounding. The norm is convex in a and b. A change of a or b
+// changes it by at most as much. A change of p changes it by at most log(2) / p^2 times that change, relatively.
 
-#define NORM_ULP 28          // one power, POW_ULP, half of another one, and 4
-#define SLOPE_IS_TOLD ((realv)NUMBER(0.001))  // a slope that rounding of its operand changes by more has no digits
+#define NORM_ULP 28          // POW_ULP for one power, half of that for another one, 4 for the rest
+#define SLOPE_IS_TOLD ((realv)NUMBER(0.001))  // unknown is a slope that rounding of a may change by more
 
-// Along the middle line the norm is convex: nowhere above its chord, and below by twice what it is in the middle at most.
+// On the line mid + rise u the norm is convex. So it lies nowhere above its chord, and below the chord by at most twice the
+// gap at u = 0.
 static inline band_t band_norm(band_t a, band_t b, band_t p) {
   const realv value = norm_v(a.mid, b.mid, p.mid);
   const realv start = norm_v(a.mid - a.rise, b.mid - b.rise, p.mid);
@@ -23,10 +24,10 @@ static inline band_t band_norm(band_t a, band_t b, band_t p) {
   return band_known(p.mid + change >= (realv)1, c);
 }
 
-// The slope by a, sign(a) (|a| / norm)^(p - 1): it rises with a, and is nearer to zero the larger |b| is.
+// The slope by a, sign(a) (|a| / norm)^(p - 1). It increases with a. The larger |b|, the nearer it is to zero.
 //
-// Where a may be zero and p is nearly 1 the slope turns over within a's rounding: then it is not known, not even for a ray
-// along the edge, on which it does not matter how F changes across. About a = b = 0 it may be anything from -1 to 1.
+// Where a may be zero and p is nearly 1, the slope may change its sign within the rounding of a. Then it is unknown, even
+// for a ray along the edge a = 0, whose F does not depend on it. Around a = b = 0 it may have any value from -1 to 1.
 static inline band_t band_norm_slope(band_t a, band_t b, band_t p) {
   const realv low = band_low(a) - UNDERFLOW;
   const realv high = band_high(a) + UNDERFLOW;
@@ -36,7 +37,7 @@ static inline band_t band_norm_slope(band_t a, band_t b, band_t p) {
   const realv at_low = norm_slope_v(low, low >= (realv)0 ? far : near, p.mid);
   const realv at_high = norm_slope_v(high, high >= (realv)0 ? near : far, p.mid);
   const realv change = (abs_v(p.rise) + p.error) * WIDEN;
-  const realv logarithms = (realv)(sizeof(real) == 4 ? 110 : 750);  // the largest of a ratio of numbers
+  const realv logarithms = (realv)(sizeof(real) == 4 ? 110 : 750);  // bounds |log r|, r > 0 a number of this precision
   const band_t c = {HALF * at_low + HALF * at_high, (realv)0,
                     ((HALF * at_high - HALF * at_low) + ROUNDING * ((realv)40 + (realv)5 * p.mid) + logarithms * change) *
                         WIDEN};

@@ -3,8 +3,8 @@
 // provides  linear_t, quadratic_t, cubic_t, quartic_t; band_of_*(), start_of_*(), slope_of_*() of each; parabola_root()
 // needs     prelude, interval
 //
-// The largest polynomial parts of F are written along each segment, c[0] + c[1] u + ... for u from -1 to 1, wrong by
-// `error` at most. What bends away from the line is known best of all bands:
+// The largest polynomial parts of F are written as c[0] + c[1] u + ..., u from -1 to 1 on the segment, wrong by at most
+// `error`. The terms above the line have narrow bounds:
 //
 //   u^2 lies in [0, 1],   u^3 within 1/4 of 3/4 u,   u^4 in [0, 1].
 
@@ -49,7 +49,7 @@ static inline band_t band_of_quartic(quartic_t q) {
   return band;
 }
 
-// Its value where the segment starts, u = -1.
+// The polynomial's value at the segment's start, u = -1.
 static inline band_t start_of_linear(linear_t q) {
   const band_t band = {q.c[0] - q.c[1], (realv)0, q.error};
   return band;
@@ -70,7 +70,7 @@ static inline band_t start_of_quartic(quartic_t q) {
   return band;
 }
 
-// Its slope, by u. The coefficients' errors count in it as often as their powers of u say.
+// The polynomial's slope by u. The error of the coefficient of u^n enters n times.
 static inline band_t slope_of_linear(linear_t q) {
   const band_t band = {q.c[1], (realv)0, q.error};
   return band;
@@ -91,9 +91,9 @@ static inline band_t slope_of_quartic(quartic_t q) {
   return band_of_cubic(slope);
 }
 
-// The first root of level - falls t - bends t^2 / 2, level >= 0, rounded to be early or late; if there is none, what is
-// negative, infinite or NaN. The largest of the three is about 1, so that no square leaves the range of numbers but those
-// that do not matter for roots up to 2.
+// A lower (early) or upper bound of the first root of level - falls t - bends t^2 / 2, level >= 0. If there is no root, the
+// result is negative, infinite or NaN. The largest of the three numbers is about 1, so squares do not overflow. Squares that
+// underflow do not matter for roots up to 2.
 static inline realv parabola_root(realv level, realv falls, realv bends, bool early) {
   const realv square = falls * falls;
   const realv product = (realv)2 * level * bends;

@@ -3,10 +3,12 @@
 // provides  band_reciprocal(), band_divide(), band_sqrt(), band_cbrt(), band_hypot(), band_pow()
 // needs     prelude, functions, interval, interval_arithmetic, interval_curves
 //
-// least: the operand is never below it, as is known of the expression; so only rounding and bending lead there.
+// least: a lower bound of the operand, proved from its expression. Its band may reach below, by rounding and because it is
+// wider than the operand's range.
 
-// 1 / a, of one sign. least: a is never below it. With a and b > a the ends nearer to zero and farther, the chord's slope
-// is -1 / (a b), and the tangent lies (1 / sqrt(a) - 1 / sqrt(b))^2 lower, where (sqrt(a) + sqrt(b))^2 >= 3 a + b.
+// 1 / a, for a band of one sign. Let p be the size of its end nearer to zero, and q > p that of the other end. The slope of
+// the chord is -1 / (p q). The parallel tangent lies (1 / sqrt(p) - 1 / sqrt(q))^2 lower, and
+// (sqrt(p) + sqrt(q))^2 >= 3 p + q.
 static inline band_t band_reciprocal(band_t a, realv least) {
   const realv low = max_v(band_low(a), least);
   const realv high = band_high(a);
@@ -14,7 +16,7 @@ static inline band_t band_reciprocal(band_t a, realv least) {
   const realv near = above ? low : -high;
   const realv far = above ? high : -low;
   const realv highest = (realv)1 / near;
-  const realv slope = highest * ((realv)1 / far);  // not 1 / (near far), which may overflow; it may be flushed to zero
+  const realv slope = highest * ((realv)1 / far);  // near far may overflow; slope may be flushed to zero
   const realv fall = (far - near) * slope;
   band_t c = band_chord(band_pick(above, a, band_negate(a)), near, far, highest, -slope,
                         -fall * (fall / ((far + (realv)3 * near) * slope)), 2 * DIVIDE_ULP + 1);
@@ -22,14 +24,14 @@ static inline band_t band_reciprocal(band_t a, realv least) {
   return band_known((near > (realv)0) & (far < (realv)REAL_MAX), band_pick(above, c, band_negate(c)));
 }
 
-// a / b = q + (a - q b) / b with q = a.mid / b.mid: what is left is small, so that little is lost by the reciprocal.
+// a / b = q + (a - q b) / b with q = a.mid / b.mid: a - q b is small, so the error of the reciprocal adds little.
 static inline band_t band_divide(band_t a, band_t b, realv least) {
   const realv q = a.mid / b.mid;
   const band_t left = band_subtract(a, band_scale(b, q));
   return band_shift(band_multiply(left, band_reciprocal(b, least)), q);
 }
 
-// The chord's slope is 1 / (r + s), r and s the roots at the ends; the tangent lies (s - r)^2 / (4 (r + s)) higher.
+// With r and s the roots of the ends, the chord's slope is 1 / (r + s), and the tangent lies (s - r)^2 / (4 (r + s)) higher.
 static inline band_t band_sqrt(band_t a, realv least) {
   const realv low = max_v(band_low(a), least);
   const realv high = band_high(a);
@@ -41,9 +43,10 @@ static inline band_t band_sqrt(band_t a, realv least) {
   return band_known((low >= (realv)0) & (high < (realv)REAL_MAX), c);
 }
 
-// On one side of zero the chord's slope is 1 / (r^2 + r s + s^2), r and s > r the roots of the ends nearer to zero and
-// farther. It meets the curve's slope at c with c^2 = (r^2 + r s + s^2) / 3, where the tangent lies
-// slope (c - r)(s - c)(r + c + s) higher; and (c - r)(s - c) <= (s - r)^2 / 4, c <= (r + s) / 2 + (s - r) / 12.
+// Let the band lie on one side of zero, r be the size of the root of its end nearer to zero, and s > r that of the other
+// end. The chord's slope is 1 / (r^2 + r s + s^2). The curve has this slope where the root is c, with
+// c^2 = (r^2 + r s + s^2) / 3. There the tangent lies slope (c - r)(s - c)(r + c + s) higher, where
+// (c - r)(s - c) <= (s - r)^2 / 4 and c <= (r + s) / 2 + (s - r) / 12. A band across zero has the range between the roots.
 static inline __attribute__((always_inline)) band_t band_cbrt(band_t a) {
   const realv low = band_low(a);
   const realv high = band_high(a);
@@ -68,7 +71,7 @@ static inline band_t band_hypot(band_t a, band_t b) {
   return band_sqrt(band_add(band_square(a), band_square(b)), (realv)0);
 }
 
-// a^p, a >= 0. It rises or falls with a all the way, and so does its curvature.
+// a^p, a >= 0: monotonic in a, and so is its second derivative.
 static inline band_t band_pow(band_t a, band_t p, realv least) {
   const realv low = max_v(band_low(a), max_v(least, (realv)0));
   const realv high = band_high(a);
@@ -76,7 +79,7 @@ static inline band_t band_pow(band_t a, band_t p, realv least) {
   const realv at_low = pow_v(low, p.mid);
   const realv at_high = pow_v(high, p.mid);
 
-  // Another exponent changes a^p by a factor between 1 - 2 s and 1 + 2 s, s = |log a| |its change| <= 1 / 2
+  // A change of p multiplies a^p by a factor between 1 - 2 s and 1 + 2 s, where s = |log a| times that change is <= 1 / 2
   const realv change = (abs_v(p.rise) + p.error) * WIDEN;
   const realv log_low = low > (realv)0 ? log(low) : (realv)0;
   const realv s = change * max_v(abs_v(log(high)), abs_v(log_low)) * LOOSEN;
@@ -90,7 +93,7 @@ static inline band_t band_pow(band_t a, band_t p, realv least) {
                           POW_ULP + DIVIDE_ULP + 2);
   bent.error = (bent.error + (realv)2 * s * max_v(at_low, at_high) * LOOSEN + (realv)2 * UNDERFLOW) * WIDEN;
 
-  // Near zero, where the curvature may be unbounded, take the range
+  // Near zero the curvature may be unbounded: there take the range between the values at the ends
   const maskv rises = p.mid > (realv)0;
   const realv less = (realv)1 - (realv)2 * s;
   const realv more = ((realv)1 + (realv)2 * s) * WIDEN;

@@ -31,8 +31,8 @@ static inline maskv LENS(faces)(real3v normal, real3v direction, maskv inside) {
   return (astray <= (realv)0) | (astray * astray <= most * most * dot3(normal, normal));
 }
 
-// Rays that start on this lens's surface start inside it if they enter. Those that the host says are both in the solid and on
-// its surface start where F is not known.
+// Rays that start on this lens's surface start inside it if they enter. The host marks a ray as both inside the solid and on
+// its surface if F is unknown where the ray starts: such a ray ends as undecided.
 static inline void LENS(start)(ray_t *ray, const lens_t *lens, SURFACE(t) shape) {
   const maskv lanes = ray->alive & (ray->on == (maskv)LENS_NUMBER);
   if (!any_lane(lanes)) return;

@@ -1,14 +1,14 @@
-// norms.cl: (|a|^p + |b|^p)^(1/p), p >= 1, and its slope.
+// norms.cl: (|a|^p + |b|^p)^(1/p), p >= 1, and its slope by a.
 //
 // provides  norm_v(), norm_slope_v()        needs  prelude, functions
 //
-// With the larger operand m factored out and r <= 1 the ratio of the two, it is m (1 + r^p)^(1/p): no power is of more
-// than 2, and nothing overflows. It is smooth where |a| = |b|, though m and r are not.
+// Let m be the larger of |a| and |b|, and r <= 1 the ratio of the smaller to m. The norm is m (1 + r^p)^(1/p). No base of a
+// power exceeds 2, so no power overflows. The norm is smooth where |a| = |b|, though m and r are not.
 
-// r^(p - 1) and (1 + r^p)^(1 / p - 1), of which the value and both slopes are made.
+// The value and both slopes are made of these.
 typedef struct {
-  realv large, ratio, above;  // above: r^p
-  realv of_small, of_both;
+  realv large, ratio, above;  // m, r, r^p
+  realv of_small, of_both;    // r^(p - 1), (1 + r^p)^(1 / p - 1)
 } norm_t;
 
 static inline norm_t norm_parts(realv a, realv b, realv p) {
@@ -28,7 +28,8 @@ static inline realv norm_v(realv a, realv b, realv p) {
   return sum == sum ? n.large * (((realv)1 + n.above) * n.of_both) : sum;
 }
 
-// The slope by a, sign(a) (|a| / norm)^(p - 1); 0 where a is 0, as it is for p > 1. For p = 1 there is an edge.
+// The slope by a, sign(a) (|a| / norm)^(p - 1). It is 0 where a is 0. That is exact for p > 1. For p = 1 the norm has an
+// edge there.
 static inline realv norm_slope_v(realv a, realv b, realv p) {
   const norm_t n = norm_parts(a, b, p);
   const realv size = (abs_v(a) >= abs_v(b) ? (realv)1 : n.of_small) * n.of_both;

@@ -38,7 +38,7 @@ static inline realv quarter_wave(realv a, int quarters) {
 }
 
 // Rare, and so long that in line it would cost all others their registers. PoCL 3.0's sin, cos and tan of packets of floats
-// are wrong by up to 0.01 in lanes beside one of 1e7 and more or infinity; those of one number are not.
+// are wrong by up to 0.01 in a lane if another lane holds 1e7 or more, or infinity. Those of single numbers are right.
 static __attribute__((noinline)) realv far_wave(realv a, int quarters, realv near) {
 #if VW == 1
   const realv far = quarters ? cos(a) : sin(a);
@@ -61,5 +61,5 @@ static inline realv cos_v(realv a) {
   return any_lane(not_lane(abs_v(a) <= WAVES_REACH)) ? far_wave(a, 1, near) : near;
 }
 
-// To 8 ulp.
+// Wrong by at most 8 ulp.
 static inline realv tan_v(realv a) { return sin_v(a) / cos_v(a); }

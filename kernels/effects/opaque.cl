@@ -5,8 +5,8 @@ static inline void opaque_interface(ray_t *ray, const interface_t *at, const sce
   end_ray(ray, at->lanes & (lens_absorbs(scene, at->lens, 0) != (realv)0), RAY_BLOCKED);
 }
 
-// Nothing bends it there: its direction stays the one in which it came. What Snell's law gives is none where the lens has
-// an index below the one around it: an opaque surface never reflects totally, so the law is compiled as if it could not.
+// A blocked ray keeps the direction in which it came. The direction by Snell's law is replaced, as it may be wrong: an
+// opaque surface never reflects totally, so the kernel may leave out total reflection though the lens has the lower index.
 static inline void opaque_after(ray_t *ray, const interface_t *at, const scene_t *scene) {
   ray->direction = pick3(at->lanes & (ray->status == (maskv)RAY_BLOCKED), at->incident, ray->direction);
 }

@@ -1,13 +1,14 @@
-"""Carry what is rounded on a ray's way to the picture: a bound of first order on the error of (s, t), and its second.
+"""Propagate the rounding along a ray's path to the picture: a first-order bound on the error of (s, t).
 
-For every leg and every surface, d(s, t) / d(point) and d(s, t) / d(direction) are made from the last one backwards, in
-closed form: two rows of three numbers each. What is rounded at a step then counts by the row there. All roundings are
-added by their worst signs, so to first order the sum is a bound, whatever a surface or a focus between takes back.
+A backward pass goes from the picture to the start. For every leg and every surface it computes d(s, t) / d(point) and
+d(s, t) / d(direction) in closed form: two rows of three numbers each. Each rounding error is multiplied by the row at
+its place. All products are added with their worst signs. So the sum is a bound to first order, even where a surface or
+a focus makes errors cancel.
 
-A second pass, forwards, takes samples of the roundings, of random signs, to tell how far point and direction may be off
-at each surface. Over what the surface leaves of proportion (its curvature, the cosines of both sides) that is the part
-`bend` by which first order errs: what is off there counts by so much more, and where `bend` is no small part there is
-no bound.
+A forward pass takes samples of the rounding errors with random signs, to estimate the errors of point and direction at
+each surface. From them, the surface's curvature and the cosines of both angles it computes `bend`: the relative error
+of the first-order derivatives there. The bound grows by `bend` times the errors at that surface. Where `bend` is large,
+there is no bound.
 
 source    ray differentials: Igehy, Tracing Ray Differentials, SIGGRAPH 1999; the law as in kernels/snell_exact.cl
 """
@@ -26,25 +27,25 @@ from lenscl.tracing import Judge, Meetings, RayPaths, picture_numbers
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_MOST_BEND = 0.25  # beyond, first order says nothing
-_SECOND_ORDER = 4.0  # times `bend`: a second derivative's part, at the worst places within reach
+_MOST_BEND = 0.25  # with a larger one there is no bound
+_SECOND_ORDER = 4.0  # factor on `bend`: the second derivative may be larger within the errors' reach
 _SAMPLES, _SEED = 4, 18
-_SPREAD = 3.0  # root mean squares of the samples
-_AT_ONCE = 2**13  # rays: arrays that stay near the processor
-_UNIT = 4.0  # u: of a direction made unit
+_SPREAD = 3.0  # root mean squares of the samples, taken as the largest error
+_AT_ONCE = 2**13  # rays: their arrays fit into caches
+_UNIT = 4.0  # u: error of a direction that was made unit
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Carried:
-    """What rounding does to N rays; inf where nothing can be said.
+    """Effects of rounding on N rays; inf where there is no bound.
 
     Attributes
     ----------
     bound : (N,)
-        On max(|ds|, |dt|).
+        Bound on max(|ds|, |dt|).
     moved, tilted : (N,)
-        The largest distance by which a surface met may be displaced by the rounding of F, scene units, and the largest
-        angle by which its normal may be turned.
+        Of the surfaces met, the largest displacement by the rounding of F, scene units, and the largest angle by which
+        a normal may be turned.
     """
 
     bound: Array = field(repr=False)
@@ -62,21 +63,21 @@ def carried(
     place: Array,
     turn: Array,
 ) -> Carried:
-    """Return what rounding does to some rays that land.
+    """Return the effects of rounding on some rays that land.
 
     Parameters
     ----------
     judge, scene : Judge, Scene
-        The judge is that of the scene.
+        A scene and its judge.
     points, units, paths, rays
         As for `Judge.meetings`.
     place, turn : float64 array, shape (N, 3)
-        By how much each number of the start and of the unit direction may be off.
+        Bounds on the error of each number of the start and of the unit direction.
     """
     met = list(judge.meetings(points, units, paths, rays))
     bound, moved, tilted = np.full(len(points), np.inf), np.zeros(len(points)), np.zeros(len(points))
     glasses = [Glass(scene, number) for number in range(len(scene.lenses))]
-    alike = rays[np.argsort(paths.events[rays], kind="stable")]  # those of many surfaces at once
+    alike = rays[np.argsort(paths.events[rays], kind="stable")]  # rays of as many surfaces together
     for first in range(0, len(rays), _AT_ONCE):
         some = np.sort(alike[first : first + _AT_ONCE])
         way = _Way(scene, glasses, points[some].T, units[some].T, place[some].T, turn[some].T)
@@ -88,9 +89,9 @@ def carried(
 
 
 class _Way:
-    """The ways of some rays: forwards by `meet`, surface after surface, and then backwards, all at once, by `landed`.
+    """The paths of some rays: `meet` is a step of the forward pass, through one surface; `landed` is the backward pass.
 
-    `rows` are then d(s, t) / d(point) and d(s, t) / d(direction) of the start, shape (2, 3, M).
+    After `landed`, `rows` are d(s, t) / d(point) and d(s, t) / d(direction) at the start, shape (2, 3, M).
     """
 
     def __init__(
@@ -104,17 +105,17 @@ class _Way:
         self._is_known = np.ones(count, bool)
         self._inside = np.full(count, -1)
         self._moved, self._tilted = np.zeros((2, count))
-        # Samples of what point and direction may be off by now: every rounding at its largest, of a sign drawn for it
+        # Samples of the errors of point and direction so far: each rounding error at its bound, with a random sign
         signs = _signs(2, 0, 0)
         self._off, self._turned = signs[0] * place, signs[1] * turn
-        # By how much F may be off zero where a ray starts, of which lens
+        # Bound on |F| where a leg starts on a lens, and that lens
         self._departs, self._on = np.zeros(count), np.full(count, -1)
         for glass in glasses:
             near, level = glass.starts(self._at)
             self._departs[near], self._on[near] = level, glass.number
 
     def meet(self, rays: NDArray[np.intp], met: Meetings, part: NDArray[np.intp]) -> None:
-        """Take some rays, by their places here and there, to the next surface and through it."""
+        """Take rays to the next surface and through it: numbers `rays` here are numbers `part` in `met`."""
         point, after = np.array(met.origin[part].T, order="C"), np.array(met.direction[part].T, order="C")
         self._is_known[rays] &= met.is_theirs[part]
         was_told = np.zeros(len(rays), bool)
@@ -140,7 +141,7 @@ class _Way:
         self._at[:, rays], self._along[:, rays] = point, after
 
     def _grown(self, at: Meeting, rays: NDArray[np.intp], surface: int) -> tuple[Array, Array, Array]:
-        """Return how far point and direction may be off behind a surface, and what part of it first order misses."""
+        """Return the errors of point and direction behind a surface, and the relative error `bend` of first order."""
         signs = _signs(6, surface, at.lens)
         off, turned = self._off[:, :, rays], self._turned[:, :, rays]
         n, d = at.normal, at.before
@@ -168,7 +169,7 @@ class _Way:
         return _spread(off), _spread(bent), np.nan_to_num(bend, nan=np.inf)
 
     def landed(self, origin: Array, direction: Array) -> tuple[Array, Array, Array]:
-        """Return the bounds, and the largest displacement and turn of surfaces by the rounding of F."""
+        """Return the bounds, and the largest displacement and tilt of surfaces by the rounding of F."""
         with np.errstate(all="ignore"):
             place, turn, bound = _landing(self._scene, origin, direction)
             for at, off, turned, bend in reversed(self._met):
@@ -180,7 +181,7 @@ class _Way:
 
 
 def _landing(scene: Scene, origin: Array, direction: Array) -> tuple[Array, Array, Array]:
-    """Return the rows of point and direction of the last leg, shape (2, 3, M), and what rounds on it, (2, M)."""
+    """Return the rows of the last leg's point and direction, (2, 3, M), and the effect of its rounding, (2, M)."""
     numbers = picture_numbers(scene)
     normal, duals = numbers["normal"][:, None], np.stack([numbers["dual_s"], numbers["dual_t"]])[:, :, None]
     to_corner = origin - numbers["corner"][:, None]
@@ -188,7 +189,7 @@ def _landing(scene: Scene, origin: Array, direction: Array) -> tuple[Array, Arra
     distance = np.abs(dot(normal, to_corner) / falls)
     rates = dot(duals, direction)
     place = duals - (rates / falls)[:, None] * normal
-    # Two dot products and their quotient; then two more, and the sum
+    # Roundings of two dot products and their quotient; then of two more, and of the sum
     sizes = np.abs(to_corner) + distance * np.abs(direction)
     astray = 5.0 * U * dot(np.abs(normal), sizes) / np.abs(falls)
     rounded = U * dot(np.abs(place), np.abs(to_corner)) + np.abs(rates) * astray + 6.0 * U * dot(np.abs(duals), sizes)
@@ -196,7 +197,10 @@ def _landing(scene: Scene, origin: Array, direction: Array) -> tuple[Array, Arra
 
 
 def _through(at: Meeting, place: Array, turn: Array, off: Array, turned: Array, bend: Array) -> Array:
-    """Take the rows back through a surface and the leg before it, in place; return what rounds there, shape (2, M)."""
+    """Take the rows back through a surface and the leg before it, in place.
+
+    Return the effect of the rounding there, shape (2, M).
+    """
     w, v = turn[:, :, at.rays], place[:, :, at.rays]
     n, d = at.normal, at.before
     beyond = _SECOND_ORDER * bend * (norm(v) * off + norm(w) * turned)
@@ -219,7 +223,7 @@ def _through(at: Meeting, place: Array, turn: Array, off: Array, turned: Array, 
         size = np.where(at.total, np.abs(d) + 8.0 * at.cosine * np.abs(n), size)
     normal = normal - dot(normal, n)[:, None] * n
 
-    # The point carries its normal with it, and slides along the ray as the ray is off its line
+    # A displaced point has another normal. A displaced ray moves the point along the ray, too
     point = v + np.stack([dot(at.hessian, each) for each in normal])
     along = dot(point, d)
     line = point + (along / at.cosine)[:, None] * n
@@ -232,16 +236,16 @@ def _through(at: Meeting, place: Array, turn: Array, off: Array, turned: Array, 
 
 
 def _signs(count: int, surface: int, lens: int) -> Array:
-    """Return signs for the samples of so many vectors, shape (count, S, 3, 1): the same for every ray, at any time."""
+    """Return random signs for samples of vectors, shape (count, S, 3, 1): the same for every ray and every run."""
     return np.random.default_rng((_SEED, surface, lens)).choice((-1.0, 1.0), (count, _SAMPLES, 3, 1))
 
 
 def _spread(samples: Array) -> Array:
-    """Return how large vectors may be of which there are samples, shape (S, 3, M)."""
+    """Return an estimate of the largest length of vectors, from samples of shape (S, 3, M)."""
     largest: Array = _SPREAD * np.sqrt(dot(samples, samples).mean(axis=0))
     return largest
 
 
 def _sum(rows: Array, sizes: Array) -> Array:
-    """Return what numbers that are off by so much move (s, t) by at most."""
+    """Return the largest change of (s, t), by its rows, if numbers have errors up to `sizes`."""
     return dot(np.abs(rows), sizes)

@@ -1,7 +1,6 @@
-"""How many rays are looked at, by what a ray of the scene costs: operations are counted, no clock is read.
+"""How many rays to judge, by the cost of a ray of the scene, in operations.
 
-A verdict rests on the rays that it looked at. Were their number a matter of seconds, the same study would be judged by
-other rays on a busy machine.
+No clock decides it. Else the same study would be judged by other rays on a busy machine, and could get another verdict.
 """
 
 from __future__ import annotations
@@ -9,14 +8,14 @@ from __future__ import annotations
 from lenscl.config import Scene
 from lenscl.expr.graph import walk
 
-# Operations of arithmetic that another one costs in a kernel, bounds and derivatives included; 1 where it is left out
+# Cost in a kernel, bounds and derivatives included, in additions; 1 for operations that are not listed
 _COSTS = dict.fromkeys(("exp", "log", "sin", "cos", "tan", "atan2", "tanh"), 20) | {"pow": 1000, "norm": 1000}
-_AGAIN = 100  # times the cost of a ray that is traced again in a higher precision
-_CHEAP = 100  # operations of a ray, up to which as many rays are looked at as ever
+_AGAIN = 100  # factor on the cost of a ray that is traced again in a higher precision
+_CHEAP = 100  # operations of a ray: up to that, the largest number of rays is judged
 
 
 def operations(scene: Scene, again: float = 0.0) -> float:
-    """Return about how many operations one look at every lens of a scene takes.
+    """Return about how many operations it takes to evaluate every lens of a scene once.
 
     Parameters
     ----------
@@ -29,6 +28,6 @@ def operations(scene: Scene, again: float = 0.0) -> float:
 
 
 def affordable(scene: Scene, again: float, fewest: int, most: int) -> int:
-    """Return how many rays to look at: `most` in a plain scene, in others fewer by as much as a ray costs more."""
+    """Return how many rays to judge: `most` if a ray is cheap, else fewer in proportion, but at least `fewest`."""
     cost = max(operations(scene, again) / _CHEAP, 1.0)
     return int(min(max(most / cost, fewest), most))

@@ -1,8 +1,8 @@
-"""What there is to judge traced rays by: error bounds of many, and certified answers where bounds are missing.
+"""Gather the truth that traced rays are judged by: error bounds, and certified answers where bounds are missing.
 
-A ray has no bound where rounding may decide its path, or where F leaves too little of its digits. Few such rays are
-proved one by one. Many such rays are a scene where double precision says little: then rays are drawn, and each is
-proved.
+A ray has no error bound if rounding may decide its path, or if F loses too many digits. If few rays have no bound, a
+certified answer is computed for each of these. If many have none, double precision says little about the scene: then
+rays are drawn at random, and a certified answer is computed for each ray drawn.
 """
 
 from __future__ import annotations
@@ -25,28 +25,28 @@ from lenscl.tracing import RayMap, RayPaths
 Array = NDArray[np.float64]
 Numbers = NDArray[np.intp]
 
-FEW_PROVED = 512  # rays of a scene without bounds: enough to see that a wish is far off, or to plan by
-MOST_PROVED = 3000  # rays: where none of them ends otherwise, no more than 0.1 % of all do, with 95 % confidence
-MOST_LOOKS = 1_000_000  # at F along the rays that are proved at once: most rays take some hundred, a few dear ones 10^5
-_SPARE = 0.5  # of what may end otherwise: so few rays without a bound are not proved
+FEW_PROVED = 512  # rays with certified answers: enough to plan, and to see that an accuracy is far out of reach
+MOST_PROVED = 3000  # rays: if none of them ends otherwise, at most 0.1 % of all do, with 95 % confidence
+MOST_LOOKS = 1_000_000  # evaluations of F for certified answers: most rays take some hundred, a few 10^5
+_SPARE = 0.5  # of MOST_DIFFER: if no larger share of rays has no bound, none of them is certified
 _SEED = 8
 
 
 class Looked(Protocol):
-    """Traced rays, by their numbers, with both truths of them."""
+    """Traced rays, by their numbers, with their error bounds and certified answers."""
 
     @property
     def traced(self) -> RayMap | RayPaths:
         """The rays as they were traced."""
 
     def bounded(self, numbers: Numbers) -> Truth:
-        """Return what double precision and its error bounds say of some rays."""
+        """Return some rays in double precision, with error bounds."""
 
     def certified(self, numbers: Numbers) -> Truth:
-        """Return what is proved of some rays."""
+        """Return certified answers of some rays."""
 
     def near(self) -> Numbers:
-        """Return the rays that meet a lens, or may; the others count for nothing."""
+        """Return the rays that meet a lens, or may meet one: only these are judged."""
 
     def sample(self, wanted: dict[str, int]) -> tuple[Numbers, Strata | None]:
         """Return about so many rays of each stratum of a `Sample`, and how they were drawn."""
@@ -67,7 +67,7 @@ class FilmRays:
         return Truth.certified(self.traced.scene, numbers, MOST_LOOKS)
 
     def near(self) -> Numbers:
-        """Return those that meet a lens, are undecided, or have a neighbour that is either."""
+        """Return the rays that meet a lens or are undecided, and their neighbours."""
         own = (self.traced.events > 0) | (self.traced.status == RayStatus.UNDECIDED)
         near = own.copy()
         for here, there in NEIGHBOURS:
@@ -98,25 +98,25 @@ class GivenRays:
         return Truth.certified_rays(self.traced.scene, self.origins, self.directions, numbers, MOST_LOOKS)
 
     def near(self) -> Numbers:
-        """Return all of them: given rays have no neighbours."""
+        """Return all rays: given rays have no neighbours."""
         return np.arange(self.traced.status.size)
 
     def sample(self, wanted: dict[str, int]) -> tuple[Numbers, Strata | None]:
-        """Return so many of all alike."""
+        """Return so many rays in all, drawn without strata."""
         return drawn_of(self.near(), sum(wanted.values()))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Evidence:
-    """A truth of some rays, how they were drawn, and for how many of those through a lens there was no bound at first.
+    """The truth about some rays, how they were drawn, and the share of rays without an error bound.
 
     Attributes
     ----------
     truth : Truth
     drawn : Strata or None
-        None where they are all that count.
+        None if they are all rays that are judged.
     unbounded : float
-        Share of the rays through a lens, or that may be, that double precision has no error bound for.
+        Of the rays that meet a lens, or may, the share without an error bound in double precision.
     """
 
     truth: Truth
@@ -124,27 +124,27 @@ class Evidence:
     unbounded: float
 
     def of(self, traced: RayMap | RayPaths, size: tuple[int, int] | None) -> Judgement:
-        """Hold rays against it."""
+        """Compare traced rays with this truth."""
         return judge(traced, self.truth, self.drawn, size)
 
 
 def gathered(looked: Looked, numbers: Numbers, drawn: Strata | None, most: int) -> Evidence:
-    """Return what there is to judge some rays by.
+    """Return the truth that some rays are judged by.
 
     Parameters
     ----------
     looked : Looked
     numbers : int array
-        Of the rays to look at.
+        Of the rays to judge.
     drawn : Strata, optional
-        How they were drawn; None: they are all that count.
+        How they were drawn; None if they are all rays that are judged.
     most : int
-        Rays to prove at the most, of a scene where many have no bound.
+        Largest number of rays to certify.
 
     Returns
     -------
     Evidence
-        Without python-flint, rays without a bound stay unknown.
+        Rays without a bound stay unknown if python-flint is not installed.
     """
     truth = looked.bounded(numbers)
     share = judge(looked.traced, truth, drawn).unknown_share.value
@@ -157,16 +157,16 @@ def gathered(looked: Looked, numbers: Numbers, drawn: Strata | None, most: int) 
 
 
 def proved(looked: Looked, most: int, unbounded: float) -> Evidence:
-    """Return certified answers of at most so many rays, drawn from all that count."""
+    """Return certified answers of at most `most` rays, drawn from all that meet a lens or may meet one."""
     numbers, drawn = drawn_of(looked.near(), most)
     return Evidence(truth=looked.certified(numbers), drawn=drawn, unbounded=unbounded)
 
 
 def drawn_of(numbers: Numbers, most: int) -> tuple[Numbers, Strata | None]:
-    """Return at most so many of some rays, and how they were drawn; None where that is all of them.
+    """Return at most `most` of some rays, and how they were drawn; None if none is left out.
 
-    Which ones are drawn hangs on their numbers alone: of nearly the same rays nearly the same ones are drawn, and of
-    more rays all that are drawn of fewer.
+    Only the rays' numbers decide which are drawn. So two calls with nearly the same rays draw nearly the same ones, and
+    a call with a larger `most` draws all that one with a smaller `most` draws.
     """
     if len(numbers) <= most:
         return numbers, None
@@ -179,7 +179,7 @@ def drawn_of(numbers: Numbers, most: int) -> tuple[Numbers, Strata | None]:
 
 
 def given_layers(paths: RayPaths) -> tuple[RayPaths, ...]:
-    """Return given rays of each wavelength as ones without that axis; themselves, alone, where they have none."""
+    """Return the rays of each wavelength, as rays without that axis; the rays as they are if they have no such axis."""
     if "wavelengths" not in paths.added:
         return (paths,)
     arrays = ("st", "status", "events", "origin", "direction")

@@ -1,4 +1,4 @@
-"""F with its first and second derivatives at points, and bounds on what F and its gradient round: face by face."""
+"""F with its first and second derivatives at points, and bounds on the rounding of F and its gradient: face by face."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ Array = NDArray[np.float64]
 
 _PAIRS = tuple((i, j) for i in range(3) for j in range(i, 3))
 _SECOND = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])  # where in _PAIRS an entry of the symmetric matrix stands
-_NODES = 2**21  # numbers of an expression's nodes that are held at once
+_NODES = 2**21  # values of an expression's nodes that are in memory at once
 
 
 class Jets:
-    """What a search works with: a polynomial that is taken whole, or the faces of F one by one.
+    """F in the form that the search uses: one polynomial, or the faces of F one by one.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class Jets:
         The lens's parameters.
     surface : Surface
     whole : Expr or None
-        The polynomial that is searched in F's place.
+        The polynomial that is searched in the place of F; None if F is searched by its faces.
     """
 
     def __init__(self, values: Mapping[str, float], surface: Surface, whole: Expr | None) -> None:
@@ -37,9 +37,9 @@ class Jets:
         self._joined, self._faces = faces_of(surface) if whole is None else (whole, (whole,))
 
     def at(self, local: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Return F, its error, its gradient and errors (3, M), and its second derivatives (3, 3, M), local.
+        """Return F, its error, its gradient and errors (3, M), and its second derivatives (3, 3, M), in local space.
 
-        They are those of the face that F shows there, however large the errors of others may be.
+        These are the numbers of the face whose value F has there, whatever the errors of other faces.
         """
         count = local.shape[1]
         made, errors = np.full((10, count), np.nan), np.full((4, count), np.inf)
@@ -56,7 +56,7 @@ class Jets:
         return made[0], errors[0], made[1:4], errors[1:], made[4:][_SECOND]
 
     def _shown(self, local: Array) -> NDArray[np.intp]:
-        """Return the number of the face whose value F takes, -1 where it is no number."""
+        """Return the number of the face whose value F has, -1 where F is NaN."""
         if len(self._faces) == 1:
             return np.zeros(local.shape[1], np.intp)
         values = {**self._values, **dict(zip("xyz", local, strict=True))}

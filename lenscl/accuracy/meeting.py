@@ -1,8 +1,8 @@
-"""What a surface is where rays met it, and what is rounded there: the numbers that `carried` takes to the picture.
+"""Rays at one surface: its geometry where they met it, and bounds on the rounding there, for `carried`.
 
-Every rounding is counted by its worst case, in units of u = 2^-53 and of the sizes that were rounded. The counts are of
-the operations of kernels/lens.cl, placement.cl, snell_exact.cl and mirrored.cl, written beside each; what F and its
-gradient round is bounded by `evaluate_with_error`. Arrays are of shape (3, M), coordinates first.
+The bounds are sums of worst cases: a number of roundings, times u = 2^-53, times the size of what is rounded. The
+numbers of roundings are those of the operations in kernels/lens.cl, placement.cl, snell_exact.cl and mirrored.cl.
+`evaluate_with_error` bounds the rounding of F and its gradient. Arrays have the shape (3, M), coordinates first.
 """
 
 from __future__ import annotations
@@ -22,44 +22,50 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 U = 2.0**-53
-_OTHER_ORDERS = 2.0  # a kernel computes F and its gradient by the same operations, but not all in the same order
-_TURNED = 8.0  # u: of an entry of a rotation, by the angle in radians, cosine, sine and two products
-_ON = 8.0  # ulps of a point's coordinates by which it may be off a surface and be taken to be on it: `locate`
-_SURE = 4.0  # times that much, for what is told by another sum
-_BOX_SLACK = 1e-6  # of the box: a point on it may be rounded to beside it
-_SAME_WAY = 1e-6  # radians that the direction behind may be off Snell's law, besides what rounding explains
+_OTHER_ORDERS = 2.0  # factor: a kernel computes F and its gradient by the same operations in another order
+_TURNED = 8.0  # u: error of an entry of a rotation, by the angle in radians, cosine, sine and two products
+_ON = 8.0  # ulps of a point's coordinates: a point that close to a surface is taken to be on it, see `locate`
+_SURE = 4.0  # factor on that bound, as `locate` computes it in another way
+_BOX_SLACK = 1e-6  # of the box's size: a point on the box may be rounded to a place outside
+_SAME_WAY = 1e-6  # radians: largest deviation of the refracted direction from Snell's law, besides its rounding
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Meeting:
-    """Some rays meeting one lens; the derivative's ingredients first, then the sizes of roundings.
+    """Rays that meet one lens: first the terms of the path's derivative, then bounds on errors by rounding.
 
     Attributes
     ----------
     rays : int array, shape (M,)
         Their numbers.
     lens : int
+        The lens's number.
     before, after, normal : (3, M)
-        Unit, world; the normal against the ray.
+        Directions before and after the surface, and the normal on the ray's side: unit vectors in the world.
     hessian : (3, 3, M)
-        Of F in the world, over the length of its gradient, signed as the normal.
+        Second derivatives of F in the world over the length of its gradient, with the sign of `normal`.
     leg, eta, cosine, behind, along : (M,)
-        Length of the way here; n_before / n_after; cosines of incidence and of the refracted ray; and the multiple of
-        the normal that refraction takes off, as in snell_exact.cl.
+        Length of the leg to here; n_before / n_after; cosines of the angles of incidence and of refraction; and the
+        multiple of the normal that refraction subtracts, as in snell_exact.cl.
     total : bool, (M,)
         Whether the ray is totally reflected.
     searched : (3, M), world, scene units
-        By how much the ray was off its line when it was searched: the point slides on the surface.
+        Bound on the error of the ray's line in the root search: such an error moves the point on the surface.
     told : (3, M)
-        By how much the point was off when its normal was taken.
+        Bound on the error of the point at which the normal was computed.
     placed : (3, M)
-        By how much it was off on its way back to the world, which turns no normal.
+        Bound on the error of mapping the point to the world: such an error does not turn the normal.
     level : (M,)
-        By how much F was off zero, over the length of its gradient: a distance along the normal.
+        Bound on |F| at the point, over the length of F's gradient: a distance along the normal.
     tilt : (3, M)
-        By how much the normal was off.
+        Bound on the error of the normal.
     known : bool, (M,)
-        Whether the numbers say what the ray did.
+        Whether these numbers explain the direction after the surface, so that they describe what the ray did.
+    leaves : bool, (M,)
+        Whether the ray comes from inside the lens.
+    doubt : (M,)
+        |F| at the point over the largest value that rounding explains: of several lenses, the ray met that of the
+        least.
     """
 
     rays: NDArray[np.intp] = field(repr=False)
@@ -81,16 +87,16 @@ class Meeting:
     tilt: Array = field(repr=False)
     known: Mask = field(repr=False)
     leaves: Mask = field(repr=False)
-    doubt: Array = field(repr=False)  # |F| over the most that it may be by rounding
+    doubt: Array = field(repr=False)
 
     def of(self, chosen: Mask) -> Meeting:
-        """Return that of some of its rays."""
+        """Return the same for some of the rays."""
         parts = {each.name: getattr(self, each.name) for each in fields(self)}
         return Meeting(**{name: part if name == "lens" else part[..., chosen] for name, part in parts.items()})
 
 
 class Glass:
-    """One lens of a scene, asked at points where rays met it."""
+    """One lens of a scene: its geometry and rounding at points where rays met it."""
 
     def __init__(self, scene: Scene, number: int) -> None:
         self.number, self.lens = number, scene.lenses[number]
@@ -105,7 +111,7 @@ class Glass:
         self._ending = method.ending_for(surface.degree)
         is_whole = form is not None and method.wants_polynomial
         self._jets = Jets(self.lens.values, surface, form if is_whole else None)
-        # 0 where the angles are quarters, whose cosines are exact
+        # 0 where all angles are multiples of 90 degrees, whose cosines are exact
         self._rotated = 0.0 if all(angle % 90.0 == 0.0 for angle in self.lens.rotate) else _TURNED * U
 
     def holds(self, points: Array) -> Mask:
@@ -118,10 +124,10 @@ class Glass:
     def met(
         self, rays: NDArray[np.intp], start: Array, before: Array, point: Array, after: Array, departs: Array
     ) -> Meeting:
-        """Return what rays from `start` along `before` met at `point`, and left along `after`.
+        """Return the meeting of rays from `start` along `before`, meet this lens at `point` and leave along `after`.
 
-        `departs` is by how much F may be off zero, over the length of its gradient, where the ray starts on this very
-        lens: its search takes that for the surface. 0 elsewhere.
+        `departs` is for rays that start on this lens: a bound on |F| at their start over the length of F's gradient, as
+        their search takes the value of F there for zero. It is 0 for others.
         """
         to_local, to_world = self._placement.to_local, self._placement.to_world
         centre = self._placement.centre[:, None]
@@ -129,7 +135,7 @@ class Glass:
         local = _mapped(to_local, off)
         leg = np.sqrt(dot(point - start, point - start))
 
-        # What is known of F here
+        # F and its derivatives, with bounds on their rounding
         value, noise, slopes, errors, seconds = self._jets.at(local)
         with np.errstate(all="ignore"):
             steep = _mapped(to_local.T, slopes)
@@ -142,7 +148,7 @@ class Glass:
             sign = np.where(leaves, -1.0, 1.0)
             normal, cosine = sign * outward, np.abs(slant)
 
-            # How far the numbers that a search works on are rounded, in local space, and brought back to the world
+            # Bounds on the rounding of the search's numbers in local space, mapped to the world
             sizes = np.abs(to_local)
             reach, rates = _mapped(sizes, np.abs(away)), _mapped(sizes, np.abs(before))
             direction = _mapped(to_local, before)
@@ -154,12 +160,12 @@ class Glass:
             told = _mapped(lengths, U * (2.0 * size + 3.0 * inner))
             placed = U * (4.0 * _mapped(lengths, size) + np.abs(point)) + turned
 
-            # How far F may be off: by its own rounding, here and along the ray, and by where the search began
+            # Bound |F| at the point: by the rounding of F, by the end of the search and by its start
             level = _OTHER_ORDERS * noise / length + departs
             level += self._ended(inside, direction, slopes, errors, seconds) / length
             tilt = _mapped(sizes.T, _OTHER_ORDERS * errors + 5.0 * U * np.abs(slopes)) / length + self._rotated
 
-            # Snell's law, to see that this is what the ray did
+            # Apply Snell's law, to check that it explains the direction after the surface
             eta = np.where(leaves, self.lens.n / self._n_medium, self._n_medium / self.lens.n)
             excess = (1.0 - eta) * (1.0 + eta)
             across = dot(before, before) - cosine * cosine
@@ -181,19 +187,19 @@ class Glass:
         )  # fmt: skip
 
     def _ended(self, length: Array, direction: Array, slopes: Array, errors: Array, seconds: Array) -> Array:
-        """Return by how much F is off besides its own rounding, by the way in which a search gets the root's last bits.
+        """Return a bound on |F| at the root by the last step of the search, the rounding of F left out.
 
-        `length` is the longest that t can be there.
+        `length` is an upper bound of t on the searched segment.
         """
         slope = np.abs(dot(slopes, direction))
         turns = np.abs(dot(np.stack([dot(row, direction) for row in seconds]), direction))
-        if self._ending == "polished":  # a bracket of four roundings of t is as good as a root: kernels/newton.cl
+        if self._ending == "polished":  # the search ends with a bracket of four roundings of t: kernels/newton.cl
             off: Array = 8.0 * U * length * slope
             return off
-        if self._ending == "corrected":  # Newton's step that was no longer than sqrt(eps) t was the last
+        if self._ending == "corrected":  # the search ends after a Newton step of at most sqrt(eps) t
             off = U * length * length * turns
             return off
-        # A quadratic equation is solved, with coefficients of where the ray enters the box, or of the chord's middle
+        # The coefficients of a quadratic equation are taken where the ray enters the box, or in the chord's middle
         if self.lens.surface.is_convex:
             length = np.minimum(length, 2.0 * slope / turns)
         way = np.abs(direction)
@@ -203,9 +209,9 @@ class Glass:
         return off
 
     def starts(self, points: Array) -> tuple[NDArray[np.intp], Array]:
-        """Return which points, shape (3, M), may lie on the lens's surface, and by how much F may be off zero there.
+        """Return the numbers of the points, shape (3, M), that may lie on the lens's surface, and a bound on |F| there.
 
-        That is over the length of its gradient, as `Meeting.level`.
+        The bound is over the length of F's gradient, as `Meeting.level`.
         """
         near = np.flatnonzero(self.holds(points))
         if not near.size:
@@ -229,10 +235,10 @@ def meetings_of(
     departs: Array,
     on: NDArray[np.intp],
 ) -> Iterator[Meeting]:
-    """Yield what rays met, lens by lens; their numbers are places in the arrays given.
+    """Yield the meetings of rays, lens by lens; a ray's number is its place in the arrays given.
 
-    A ray inside a lens meets that one; one outside meets the lens in whose box it is, of several the one that F tells.
-    `inside` and `on` are numbers of lenses, -1 for none or where that is not known.
+    A ray inside a lens meets that lens. A ray outside meets the lens in whose box the point lies; if there are several,
+    the one whose |F| rounding explains best. `inside` and `on` are numbers of lenses, -1 for none and for unknown.
     """
     count = point.shape[1]
     found = []
@@ -252,12 +258,12 @@ def meetings_of(
 
 
 def _mapped(matrix: Array, vectors: Array) -> Array:
-    """Return vectors, shape (3, ..., M), mapped by a matrix of three by three: one by one, wherever they stand."""
+    """Return vectors, shape (3, ..., M), multiplied by a 3 x 3 matrix: the same bits wherever a vector stands."""
     return np.stack([a * vectors[0] + b * vectors[1] + c * vectors[2] for a, b, c in matrix])
 
 
 def dot(a: Array, b: Array) -> Array:
-    """Return the products of vectors, shape (..., 3, M)."""
+    """Return the dot products of vectors, shape (..., 3, M)."""
     product: Array = a[..., 0, :] * b[..., 0, :] + a[..., 1, :] * b[..., 1, :] + a[..., 2, :] * b[..., 2, :]
     return product
 

@@ -1,4 +1,4 @@
-"""What to write instead of what an expression cannot hold: characters, names and functions of other notations."""
+"""What to write instead of characters, names and functions that an expression must not contain."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ _ADVICE = {
 }
 _SIGNS = {"=": "=", "<": "<", ">": ">", "≤": "<", "≥": ">", "⩽": "<", "⩾": ">"}
 _ALLOWED = "allowed are numbers, names, ( ) , and + - * / ^"
-_WORDS = re.compile(r"\b(if|else|and|or|not|lambda)\b|&&|\|\||\?")  # that join conditions, or choose by them
+_WORDS = re.compile(r"\b(if|else|and|or|not|lambda)\b|&&|\|\||\?")  # of conditions
 _INSIDE = "write the surface as an expression that is negative inside"
 
 _CONSTANTS = {"pi": "3.141592653589793", "tau": "6.283185307179586", "e": "2.718281828459045"}
-# Functions of other notations, in the functions that there are
+# Functions of other notations, written by the functions of this one
 _OTHERWISE = {
     "ln": "log(u)",
     "log10": "log(u)/2.302585092994046",
@@ -104,7 +104,7 @@ def shown(character: str) -> str:
 
 
 def for_character(text: str, column: int) -> str:
-    """Return what to write instead of the character at a column, which no expression may hold."""
+    """Return what to write instead of the character at a column, which no expression may contain."""
     found = text[column]
     if found in _SIGNS:
         pieces = "" if found == "=" else "; for pieces use min, max and abs"
@@ -141,7 +141,7 @@ def _for_power(text: str, column: int) -> str:
 
 
 def _operand(text: str, column: int) -> str:
-    """Return what a sign before its operand, a root's or the first bar of an absolute value, is written before."""
+    """Return the operand after a root sign, or after the first bar of an absolute value, at a column."""
     follows = re.match(r"([A-Za-z0-9_.]+)|\(([^()|]{1,40})\)|([^()|]{1,40})(?=\|)", text[column + 1 :])
     return "..." if follows is None else next(part for part in follows.groups() if part).strip()
 
@@ -165,7 +165,7 @@ def _short(text: str) -> str:
 
 
 def for_function(name: str) -> str:
-    """Return what to write instead of a function that there is not, and which there are."""
+    """Return what to write instead of an unknown function, and the list of functions."""
     listed = f"the functions are {', '.join(sorted(FUNCTIONS))}"
     if name.lower() in FUNCTIONS:
         return f"did you mean {name.lower()!r}?"
@@ -178,7 +178,7 @@ def for_function(name: str) -> str:
 
 
 def for_name(name: str, known: Collection[str], own: str = "") -> str:
-    """Return what to write instead of a name that is not known; `own` says where a user's own names are given."""
+    """Return what to write instead of an unknown name; `own` says where a user's own names are given."""
     if name.lower() in _CONSTANTS and name not in known:
         return f"write {_CONSTANTS[name.lower()]}"
     parts = _product(name, known)
@@ -198,7 +198,7 @@ def for_name(name: str, known: Collection[str], own: str = "") -> str:
 
 
 def _product(name: str, known: Collection[str]) -> list[str]:
-    """Return the known names that a name is written of, one behind the other; none if it is not."""
+    """Return the known one-letter names that a name is a product of, as in xy; an empty list if it is none."""
     singles = [each for each in name if each in known]
     return singles if 1 < len(name) == len(singles) <= 8 else []
 
@@ -239,6 +239,6 @@ def for_missing_operator(text: str, start: int, end: int) -> str:
 
 
 def decimal_comma(text: str) -> int | None:
-    """Return where in a text a comma stands between two digits, as in 0,5; None where it does nowhere."""
+    """Return the place of the first comma between two digits, as in 0,5; None if there is none."""
     found = re.search(r"(?<![\w.])\d+(,)\d+(?![\w.])", text)
     return None if found is None else found.start(1)

@@ -1,8 +1,9 @@
-"""What is proved of an expression's sign over a box, by its structure or by interval arithmetic on parts of the box.
+"""Prove the sign and the domain of expressions over a box, by their structure or by interval arithmetic.
 
-Input: an expression, and the box of x, y and z. Output: yes, or not proved. Structure tells for all values of the
-parameters and all places, by exact bounds from squares, sizes, exponentials and the numbers between them. Where it does
-not, and no parameter occurs, the box is parted in eight again and again, until interval bounds tell of each part.
+Input: an expression, and the box of x, y and z. Output: True if a statement is proved, False if not. The structure is
+tried first: squares, absolute values, exponentials and numbers give exact bounds for all values of the parameters and
+all places. If these prove nothing and no parameter occurs, the box is divided into eight parts, each part again into
+eight, and so on, until interval bounds prove the statement on every part.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Mask = NDArray[np.bool_]
 
-Bounds = tuple[Fraction | None, Fraction | None]  # low and high; None: not known
+Bounds = tuple[Fraction | None, Fraction | None]  # lower and upper bound; None: unknown
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 _Ends: TypeAlias = "Callable[[Expr], tuple[Array, Array]]"
 _NEVER_NEGATIVE = ("sqrt", "hypot", "exp", "pow", "norm")
@@ -35,12 +36,12 @@ _ZERO, _ONE = Fraction(0), Fraction(1)
 _MOST_BITS = 65_536  # of an exact bound
 _LEVELS = 7  # halvings of the box
 _MOST_BOXES = 20_000
-_WIDER = 1e-6  # of the box, on every side: rays are rounded
+_WIDER = 1e-6  # of the box, added on every side: rays may leave it by rounding
 
 
 @dataclass(frozen=True)
 class Facts:
-    """What is known of expressions over a box; without one, everywhere.
+    """Proofs about expressions over a box; over all of space if there is none.
 
     Attributes
     ----------
@@ -73,11 +74,11 @@ class Facts:
         return all(self._has_value(each) for each in walk([u]))
 
     def low(self, u: Expr) -> Fraction | None:
-        """Return what u is never below, by its structure; None where nothing is known."""
+        """Return a lower bound of u by its structure; None if none is known."""
         return self._bounds(u)[0]
 
     def high(self, u: Expr) -> Fraction | None:
-        """Return what u is never above, by its structure; None where nothing is known."""
+        """Return an upper bound of u by its structure; None if none is known."""
         return self._bounds(u)[1]
 
     def _bounds(self, u: Expr) -> Bounds:
@@ -126,7 +127,7 @@ class Facts:
         return None, None
 
     def _never_zero(self, u: Expr) -> bool:
-        """Say whether u is positive by its structure, though no bound tells by how much."""
+        """Say whether u is proved positive by its structure, even without a positive lower bound."""
         bounds: dict[Expr, Bounds] = {}
         positive: dict[Expr, bool] = {}
         for each in walk([u]):
@@ -174,9 +175,9 @@ class Facts:
         return True
 
     def decides(self, op: str, u: Expr, v: Expr) -> bool:
-        """Whether max(u, v), or min, is proved to have the sign of u all over the box, where u has a value.
+        """Whether max(u, v), or min, is proved to have the sign of u at every place of the box where u has a value.
 
-        Where rounding or overflow may leave nothing known of u, v may still tell: then it is not needless.
+        If rounding or overflow may leave the sign of u unknown, v may still decide it. Then the answer is no.
         """
         way = 1.0 if op == "max" else -1.0
 
@@ -191,7 +192,7 @@ class Facts:
         return degree(u, "xyz") is not None and self.is_total(v) and self._each_part([u, v], is_told)
 
     def _over_the_box(self, u: Expr) -> bool:
-        """Whether interval bounds prove u > 0 on the box, with nothing known of parameters."""
+        """Whether interval bounds prove u > 0 on the box; not if u has parameters."""
 
         def is_told(ends: _Ends) -> tuple[Mask, Mask]:
             low, high = ends(u)
@@ -200,15 +201,15 @@ class Facts:
         return self._each_part([u], is_told)
 
     def _each_part(self, exprs: list[Expr], is_told: Callable[[_Ends], tuple[Mask, Mask]]) -> bool:
-        """Part the box until something is told of each part; not so where it is told to be wrong, or takes too many.
+        """Divide the box until a statement is proved on every part; False if it fails on one, or parts are too many.
 
-        `is_told` takes a function that gives an expression's bounds on the parts, and says of which parts the proof is
-        made, and of which it fails.
+        `is_told` is the statement. It takes a function from an expression to its bounds on all parts, and returns two
+        masks: parts on which the statement is proved, and parts on which it is disproved.
         """
         names = {str(each.name) for each in walk(exprs) if each.op == "symbol"}
         if self.box is None or not names <= {"x", "y", "z"}:
             return False
-        import numpy as np  # which reading a study waits for only where it has to
+        import numpy as np  # not at the top: reading a study should not wait for it
 
         from lenscl.expr.enclose import bounds
 

@@ -1,7 +1,7 @@
-"""The rules of `sign_form` that keep a value, one row each: roots of squares, squares of roots, and the like.
+"""The rules of `sign_form` that keep the value of an expression: one row each, for roots of squares and the like.
 
-A row of `IDENTITIES` gives another expression of an operation's value, which has none where that has none. A condition
-must be proved, by `facts`.
+A row of `IDENTITIES` replaces an operation by an expression of the same value and the same domain. A rule applies only
+where `facts` proves its condition.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from lenscl.expr.graph import MAX_POWER, Expr, build, number
 from lenscl.expr.operations import whole
 from lenscl.expr.simplify import power
 
-_LARGEST_POWER = 1e300  # its multiples are numbers
+_LARGEST_POWER = 1e300  # of an exponent: its products with small integers do not overflow
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,9 +1,9 @@
-"""The norm (|u|^p + |v|^p)^(1/p), p >= 1, and its slope by u: what rows of the table are made of.
+"""The norm (|u|^p + |v|^p)^(1/p), p >= 1, its slope by u, and their derivatives.
 
-With the larger operand m factored out and r <= 1 the ratio of the two it is m (1 + r^p)^(1/p): no power is of more than
-2, nothing overflows, and at u = v = 0 it is 0. The slope is sign(u) (|u| / norm)^(p - 1), between -1 and 1. Both are
-smooth where |u| = |v|, though m and r have a crease there. The slope is 0 where u is 0, which for p = 1, an edge, is
-halfway between its values on the two sides.
+Let m be the larger of |u| and |v|, and r <= 1 the ratio of the smaller to m. The norm is m (1 + r^p)^(1/p). No base of
+a power exceeds 2, so no power overflows. At u = v = 0 the norm is 0. The slope is sign(u) (|u| / norm)^(p - 1), between
+-1 and 1. Norm and slope are smooth where |u| = |v|, though m and r have a crease there. The slope is 0 where u is 0.
+For p = 1 the norm has an edge there, and 0 is the mean of the slopes on both sides.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def derivative_of_slope(w: Expr, u: Expr, v: Expr, p: Expr, du: Expr, dv: Expr, 
 
 
 def _mean_logarithm(u: Expr, v: Expr, whole: Expr, p: Expr) -> Expr:
-    """Return the mean of log(|u| / norm) and log(|v| / norm), by their shares of the sum that the root is taken of."""
+    """Return the mean of log(|u| / norm) and log(|v| / norm), weighted by (|u| / norm)^p and (|v| / norm)^p."""
     total = number(0.0)
     for each in (u, v):
         share = build("abs", each) / whole

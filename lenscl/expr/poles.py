@@ -1,8 +1,8 @@
-"""Where an expression goes to infinity: the bound that it has there on the other side all the same.
+"""Bounds of an expression with a pole: it goes to infinity on one side, and is bounded on the other.
 
-A logarithm of u >= 0 goes to minus infinity as u goes to 0, and 1 / u and u^-p to infinity. No interval about a value
-holds that; but u is no more than the most it is on a segment, and so log(u) is no more than the logarithm of that. An
-expression that goes both ways, such as log(u) - log(v), has two bounds; where only u goes to 0 one of them is known.
+As u >= 0 goes to 0, log(u) goes to minus infinity, and 1 / u and u^-p go to infinity. No finite interval contains these
+values. But if u <= h on a segment, then log(h) is an upper bound there. An expression with poles of both signs, such as
+log(u) - log(v), has an upper bound where only u may be 0, and a lower bound where only v may be 0.
 """
 
 from __future__ import annotations
@@ -13,22 +13,22 @@ from dataclasses import dataclass
 from lenscl.expr.graph import Expr, node, walk
 from lenscl.expr.operations import whole
 
-_RISING = ("exp", "cbrt", "tanh")  # of all numbers: what has no value for some is not told by its bound
+_RISING = ("exp", "cbrt", "tanh")  # and defined for all numbers: else a bound of the operand may be outside the domain
 
 
 @dataclass(frozen=True, slots=True)
 class OneSided:
-    """An expression that goes to infinity on one side only, where some of its parts go to 0.
+    """An expression that goes to infinity of one sign where some of its parts go to 0, and its bound on the other side.
 
     Attributes
     ----------
     falls : bool
-        Whether it goes to minus infinity.
+        Whether the expression goes to minus infinity.
     bound : Expr
-        With a symbol in the place of each such part: the greater the part, the nearer this is to what the expression
-        is, which lies below it if it falls, else above.
+        The expression with a symbol in the place of each such part. Let each symbol be an upper bound of its part. Then
+        `bound` is an upper bound of the expression if that falls, else a lower bound.
     parts : dict of Expr to Expr
-        What each symbol stands for.
+        The part that each symbol stands for.
     """
 
     falls: bool
@@ -39,22 +39,22 @@ class OneSided:
 def one_sided(
     expr: Expr, is_nonnegative: Callable[[Expr], bool], varies: Callable[[Expr], bool], name: Callable[[int], Expr]
 ) -> list[OneSided]:
-    """Return how an expression goes to minus infinity and how to infinity, of both what a bound is known of.
+    """Return the poles of an expression: those to minus infinity and those to infinity, if a bound is known.
 
     Parameters
     ----------
     expr : Expr
         Any expression.
     is_nonnegative, varies : callable
-        Whether a part is known to be nowhere negative, and whether it is another one at another place.
+        Whether a part is proved never to be negative, and whether it depends on the place.
     name : callable
-        From a count, the symbol of the first such part, of the second, ...
+        From 0, 1, 2 and so on, the symbol for the first part, the second, the third.
     """
     order = list(walk([expr]))
     poles = {each: side for each in order if (side := _pole(each, is_nonnegative, varies)) is not None}
     if not poles:
         return []
-    ways: dict[Expr, set[int]] = {expr: {1}}  # whether the expression rises with a part, 1, falls, -1, or neither, 0
+    ways: dict[Expr, set[int]] = {expr: {1}}  # 1 if the expression increases with a part, -1 if it decreases, else 0
     for each in reversed(order):
         for arg, sign in [] if each in poles else _signs(each, is_nonnegative):
             ways.setdefault(arg, set()).update(way * sign for way in ways.get(each, ()))
@@ -67,7 +67,7 @@ def one_sided(
 
 
 def _bounded(order: list[Expr], poles: set[Expr], side: int, name: Callable[[int], Expr]) -> OneSided:
-    """Return the bound of an expression, the last of `order`, with symbols in the places of what these poles are of."""
+    """Return the bound of the last expression of `order`, with symbols for the operands of these poles."""
     made: dict[Expr, Expr] = {}
     marks: dict[Expr, Expr] = {}
     for each in order:
@@ -81,7 +81,7 @@ def _bounded(order: list[Expr], poles: set[Expr], side: int, name: Callable[[int
 
 
 def _pole(each: Expr, is_nonnegative: Callable[[Expr], bool], varies: Callable[[Expr], bool]) -> int | None:
-    """Return the sign of the infinity that an operation goes to where an operand, nowhere negative, goes to 0."""
+    """Return the sign of an operation's infinity as its operand, never negative, goes to 0; None if it has no pole."""
     if each.op == "log" and varies(each.args[0]) and is_nonnegative(each.args[0]):
         return -1
     if each.op == "/" and varies(each.args[1]) and each.args[0].value and is_nonnegative(each.args[1]):
@@ -92,7 +92,7 @@ def _pole(each: Expr, is_nonnegative: Callable[[Expr], bool], varies: Callable[[
 
 
 def _signs(each: Expr, is_nonnegative: Callable[[Expr], bool]) -> list[tuple[Expr, int]]:
-    """Return the operands, and whether the operation rises with each, 1, falls, -1, or neither, 0."""
+    """Return each operand with 1 if the operation increases with it, -1 if it decreases, else 0."""
     match each.op:
         case "+" | "max" | "min":
             return [(arg, 1) for arg in each.args]
@@ -116,7 +116,7 @@ def _signs(each: Expr, is_nonnegative: Callable[[Expr], bool]) -> list[tuple[Exp
 
 
 def _is_never_negative(u: Expr, is_nonnegative: Callable[[Expr], bool]) -> bool:
-    """Say whether u >= 0 is known wherever u has a value, poles of its parts included."""
+    """Say whether u >= 0 is proved at every place of its domain, also near the poles of its parts."""
     at: dict[Expr, bool] = {}
     for each in walk([u]):
         parts = [at[arg] for arg in each.args]

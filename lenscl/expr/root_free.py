@@ -1,15 +1,16 @@
-"""Sums with one square root, such as a torus, as polynomials of the same sign.
+"""Replace a sum with one square root, such as a torus, by a polynomial of the same sign.
 
-With s = sqrt(q) a sum is A + L s, A and L without s, where s^2 is q; L must not depend on the place. A ring about an
-axis is (s - R)^2 + w, so A = q + R^2 + w and L = -2 R. Then
+Let s = sqrt(q). The sum is written as A + L s, where A and L do not contain s (s^2 becomes q), and L does not depend on
+x, y and z. A ring around an axis is (s - R)^2 + w, so A = q + R^2 + w and L = -2 R. The sum has the same sign as
 
-  L < 0 and A >= 0 everywhere:  A + L s has the sign of A^2 - L^2 q
-  L > 0 and A < 0 everywhere:   that of L^2 q - A^2
-  q > 0 everywhere:             for L < 0 that of min(A^2 - L^2 q, A), for L > 0 of max(L^2 q - A^2, A)
+  A^2 - L^2 q            if L < 0 and A >= 0 everywhere
+  L^2 q - A^2            if L > 0 and A < 0 everywhere
+  min(A^2 - L^2 q, A)    if L < 0 and q > 0 everywhere
+  max(L^2 q - A^2, A)    if L > 0 and q > 0 everywhere
 
-for where A is of L's sign there is nothing to compare, and elsewhere both sides may be squared. Of a ring the first is
-(q - R^2 + w)^2 + 4 R^2 w, in which a thin tube cancels nothing. Where A and q may be 0 together, as at the tip of a
-cone, squares would cancel what the root keeps.
+If A and L have the same sign, so has the sum. If not, |A| and |L| s are compared by their squares. For a ring, the
+first polynomial is written as (q - R^2 + w)^2 + 4 R^2 w, in which nothing cancels if the tube is thin. No rule applies
+if A and q may be 0 at the same place, as at the tip of a cone: there the polynomial would lose digits by cancellation.
 """
 
 from __future__ import annotations
@@ -24,11 +25,11 @@ from lenscl.expr.operations import whole
 from lenscl.expr.simplify import ONE, ZERO, power
 
 _COORDINATES = ("x", "y", "z")
-_MOST_DEGREE = 8  # as polynomials are searched
+_MOST_DEGREE = 8  # of polynomials that can be searched
 
 
 def without_root(t: Expr, facts: Facts) -> Expr | None:
-    """Return an expression of t's sign without its only square root, None where that is no polynomial's."""
+    """Return an expression of t's sign without its square root; None if it has not exactly one, or no rule applies."""
     found = _taken_apart(t, facts)
     if found is None:
         return None
@@ -45,9 +46,9 @@ def without_root(t: Expr, facts: Facts) -> Expr | None:
 
 
 def root_polynomial(t: Expr) -> tuple[Expr, tuple[Expr, ...]] | None:
-    """Return a polynomial of t's sign, and what must not be negative for that; of parameters and the place.
+    """Return a polynomial and conditions: it has t's sign for parameters with which no condition is ever negative.
 
-    None where there is none, or where it needs no condition on parameters.
+    None if t has no such form, or if L is a number: `without_root` treats that.
     """
     found = _taken_apart(t, Facts())
     if found is None:
@@ -57,7 +58,7 @@ def root_polynomial(t: Expr) -> tuple[Expr, tuple[Expr, ...]] | None:
 
 
 def _taken_apart(t: Expr, facts: Facts) -> tuple[Expr, Expr, Expr, Expr] | None:
-    """Return q, A, L and A^2 - L^2 q, where these are polynomials."""
+    """Return q, A, L and A^2 - L^2 q; None unless q and the last are polynomials of low degree."""
     roots = [each for each in walk([t]) if each.op in ("sqrt", "hypot") and each.depends_on(_COORDINATES)]
     if len(roots) != 1 or not _is_polynomial(roots[0].args, 4) or not facts.is_total(roots[0]):
         return None
@@ -83,7 +84,7 @@ def _is_polynomial(exprs: list[Expr] | tuple[Expr, ...], most: int) -> bool:
 
 
 def _linear(t: Expr, s: Expr, q: Expr) -> tuple[Expr, Expr] | None:
-    """Return A and L of t = A + L s, where s^2 = q; None where t is none such."""
+    """Return A and L of t = A + L s, where s^2 = q; None if t has no such form."""
     at: dict[Expr, tuple[Expr, Expr] | None] = {}
     for each in walk([t]):
         parts = [at[arg] for arg in each.args]
@@ -115,7 +116,7 @@ def _linear_node(each: Expr, parts: list[tuple[Expr, Expr] | None], q: Expr) -> 
 
 
 def _ring(t: Expr, s: Expr) -> tuple[Expr, Expr] | None:
-    """Return R and w of t = (s - R)^2 + w, w without s."""
+    """Return R and w of t = (s - R)^2 + w, w without s; None if t has no such form."""
     terms = _terms(t)
     with_root = [(sign, each) for sign, each in terms if s in walk([each])]
     if len(with_root) != 1:
@@ -153,6 +154,6 @@ def _terms(t: Expr) -> list[tuple[int, Expr]]:
 
 
 def never_negative(expr: Expr, values: Mapping[str, float]) -> bool:
-    """Say whether an expression is proved never to be negative, for some values of the parameters."""
+    """Say whether an expression is proved never to be negative, for given values of the parameters."""
     low = Facts(values=values).low(expr)
     return low is not None and low >= Fraction(0)

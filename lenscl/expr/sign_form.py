@@ -1,15 +1,16 @@
-"""Expressions of the same sign that are easier to search: what rises with F and is 0 with it is taken off from outside.
+"""Replace an expression by one of the same sign that is easier to search: remove monotonic functions from its outside.
 
-tanh(5 F), exp(F) - 1, sqrt(F + 1/4) - 1/2, F^3 and log(1 + F) are negative, 0 and positive where F is, so a surface
-given by one of them is that of F: with a simple root and a normal where F^3 has none, and often a polynomial. Square
-roots of squares become sizes, and squares of square roots what they are of.
+tanh(5 F), exp(F) - 1, sqrt(F + 1/4) - 1/2, F^3 and log(1 + F) have the sign of F, so their surface is that of F. F is
+often a polynomial. Its roots may be simple, and its normal defined, where those of F^3 are not. Inside an expression,
+sqrt(u^2) becomes |u|, and sqrt(u)^2 becomes u.
 
-A form is taken only where it is proved to have the sign of what was written wherever that has a value, and to have
-a value only where that has one or where its sign is settled, as at a logarithm's pole. So what a function's domain
-leaves out stays left out: a root or a logarithm goes only if what it is taken of is proved never negative (`facts`), a
-divisor only if it is proved never 0. Numbers moved through a function are rounded once. Parameters may have any value.
+The result is called a sign form. Two properties are proved of it. It has the sign of the written expression wherever
+that has a value. Its domain is the same, but for places where the sign has a limit, as at a logarithm's pole. So a
+square root or a logarithm is removed only if its operand is proved never to be negative (`facts`). A divisor is removed
+only if it is proved never to be 0. A number that moves through a function is rounded once. Parameters may have any
+value.
 
-The rules are the rows of `sign_rules`.
+`sign_rules` has the rules that keep the sign, `identities` those that keep the value.
 """
 
 from __future__ import annotations
@@ -23,24 +24,24 @@ from lenscl.expr.identities import IDENTITIES
 from lenscl.expr.root_free import without_root
 from lenscl.expr.sign_rules import NOTHING, OUTER, Level, Step
 
-_DEEPEST = 100  # of what is taken off one from the other
+_DEEPEST = 100  # functions that are removed one after the other
 _MOST_PARTS = 200  # of max, min and abs
-_MOST_CHOICES = 4  # of max and min, of which it is tried whether one is needless
+_MOST_CHOICES = 4  # of max and min: with more it is not tried whether an operand is redundant
 
 
 def sign_form(expr: Expr, facts: Facts) -> Expr:
-    """Return an expression of the same sign, the same one where nothing is gained.
+    """Return an expression of the same sign; the same expression if no rule applies.
 
     Parameters
     ----------
     expr : Expr
-        F in x, y, z and parameters, of which `facts` knows no value.
+        F in x, y, z and parameters, whose values `facts` must not know.
     facts : Facts
-        What is known over the box that F is searched in.
+        Proofs of signs over the box in which F is searched.
     """
     plain = _rewritten(expr, facts)
     if sum(each.op in ("max", "min", "abs") for each in walk([plain])) > _MOST_PARTS:
-        return plain  # a solid of many faces, each of which would have to be looked at in turn
+        return plain  # a solid of many faces: each would have to be treated in turn
     found = _sign(plain, NOTHING, facts)
     form = plain if found is None else _rewritten(found, facts)
     choices = sum(each.op in ("max", "min") for each in walk([form]))
@@ -48,7 +49,7 @@ def sign_form(expr: Expr, facts: Facts) -> Expr:
 
 
 def _decisive(t: Expr, facts: Facts) -> Expr:
-    """Leave out of max and min what never decides their sign: a ball that the solid lies in anyway."""
+    """Remove operands of max and min that never decide the sign, such as a ball around the whole solid."""
     if t.op not in ("max", "min"):
         return t
     u, v = (_decisive(arg, facts) for arg in t.args)
@@ -69,12 +70,12 @@ def _rewritten(expr: Expr, facts: Facts) -> Expr:
 
 
 def _sign(t: Expr, c: Level, facts: Facts, depth: int = 0) -> Expr | None:
-    """Return an expression of the sign of t - c, None where none is gained; `depth`: what was taken off round it."""
+    """Return an expression of the sign of t - c, None if no rule applies; `depth`: functions removed around t."""
     if depth > _DEEPEST:
         return None
     outer, sign = t, 1
     while depth and c == 0 and t.op in ("*", "/", "neg") and (step := _first(facts, t, c, is_affine=True)):
-        t, sign = step.u, sign * step.sign  # inside something else its number of units means nothing
+        t, sign = step.u, sign * step.sign  # inside a removed function the scale of t has no meaning
     scaled, its_sign = t, sign
     while (step := _first(facts, t, c, is_affine=True)) is not None:
         t, c, sign = step.u, step.d, sign * step.sign
@@ -99,7 +100,7 @@ def _first(facts: Facts, t: Expr, c: Level, *, is_affine: bool) -> Step | None:
 
 
 def _chosen(op: str, args: Sequence[Expr], c: Level, facts: Facts, depth: int) -> Expr | None:
-    """Return an expression of the sign of the greater of two less c, or of the lesser."""
+    """Return an expression of the sign of max(args) - c or min(args) - c; None if no rule applies to either operand."""
     parts = [_sign(arg, c, facts, depth) for arg in args]
     if parts == [None, None]:
         return None
@@ -107,7 +108,7 @@ def _chosen(op: str, args: Sequence[Expr], c: Level, facts: Facts, depth: int) -
 
 
 def _difference(t: Expr, c: Level) -> Expr:
-    """Return t - c, its numbers added up and rounded once."""
+    """Return t - c. The numbers added in t and c become one number, rounded once."""
     if isinstance(c, Expr):
         return t - c
     if c == 0:

@@ -1,7 +1,7 @@
-"""The rules of `sign_form` that change a value and keep its sign, one row each.
+"""The rules of `sign_form` that keep the sign of an expression, not its value: one row each.
 
-A row of `OUTER` says of an operation t and a level c that t - c has the sign of u - d, or of d - u. A condition must be
-proved, by `facts`.
+A row of `OUTER` states for an operation t and a level c that t - c has the sign of u - d, or of d - u. A rule applies
+only where `facts` proves its condition.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from lenscl.expr.graph import Expr, build, number
 from lenscl.expr.operations import whole
 from lenscl.expr.simplify import power
 
-Level: TypeAlias = "Fraction | Expr"  # a number, exactly, or what is made of parameters alone
+Level: TypeAlias = "Fraction | Expr"  # an exact number, or an expression of parameters alone
 NOTHING = Fraction(0)
 _COORDINATES = ("x", "y", "z")
 
@@ -33,9 +33,10 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Outer:
-    """A rule for t - c, t an operation: its identity, when it holds, and what does it, None where it does not fit.
+    """A rule for the sign of t - c, t an operation; ~ in `identity` stands for "has the sign of".
 
-    Nothing is gained by affine ones alone.
+    `apply` applies the rule to t and c, and returns None if it does not fit. `is_affine`: t is an affine function of u.
+    Such rules alone make no expression easier to search.
     """
 
     op: str
@@ -46,7 +47,7 @@ class Outer:
 
 
 def _level(of: Expr) -> Level | None:
-    """Return what does not depend on the place as a level, else None."""
+    """Return an expression as a level, None if it depends on x, y or z."""
     if of.value is not None:
         return Fraction(of.value)
     return None if of.depends_on(_COORDINATES) else of
@@ -64,7 +65,7 @@ def _expr(c: Level) -> Expr:
 
 
 def _by(c: Level, function: Callable[[float], float]) -> Fraction | None:
-    """Return a function of a level that is a number, rounded; None where it has no finite value."""
+    """Return a function of a number, rounded; None for a level with parameters, and where it has no finite value."""
     if isinstance(c, Expr):
         return None
     try:
@@ -133,7 +134,7 @@ def _signed_size(facts: Facts, t: Expr, c: Level) -> Step | None:
 
 
 def _is_size(facts: Facts, w: Expr, core: Expr) -> bool:
-    """Say whether w is 0 where `core` is, and positive where that has any other value."""
+    """Say whether w is 0 where `core` is 0, and positive where `core` has any other value."""
     match w.op:
         case "abs":
             return _core(w.args[0]) is core
@@ -147,13 +148,13 @@ def _is_size(facts: Facts, w: Expr, core: Expr) -> bool:
             u, v = w.args
             if w.op == "*" and _is_size(facts, v, core):
                 u, v = v, u
-            is_kept = w.op == "*" and _is_size(facts, v, core)  # by a second size
+            is_kept = w.op == "*" and _is_size(facts, v, core)  # the other factor is such a size, too
             return _is_size(facts, u, core) and (is_kept or _sure_sign(facts, v) > 0)
     return False
 
 
 def _core(u: Expr) -> Expr:
-    """Return what has the zeros of u, and a value where u has one: without its multiples, odd powers and the like."""
+    """Return an expression with the zeros and the domain of u: u without constant factors, odd powers and the like."""
     while True:
         is_multiple = u.op in ("*", "/") and bool(u.args[1].value)
         if is_multiple or u.op in ("neg", "cbrt", "tanh") or (u.op == "power" and whole(u.args[1]) % 2):
@@ -173,7 +174,7 @@ def _quotient(facts: Facts, t: Expr, c: Level) -> Step | None:
 
 
 def _sure_sign(facts: Facts, u: Expr) -> int:
-    """Return 1 or -1 where that is the sign of a factor everywhere, else 0."""
+    """Return 1 or -1 if u is proved to have that sign at every place, else 0."""
     sign = 1 if facts.is_positive(u) else (-1 if facts.is_negative(u) else 0)
     return sign if sign and facts.is_total(u) else 0
 

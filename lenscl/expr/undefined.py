@@ -1,4 +1,4 @@
-"""Why an expression has no finite value at a point: which operation is to blame, and what has a value instead."""
+"""Why an expression has no finite value at a point: which operation causes it, and what to write instead."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _LONGEST = 60  # characters of an operand that is named
 
 
 def why_undefined(expr: Expr, values: Mapping[str, float]) -> tuple[str, str] | None:
-    """Return what has no finite value at a point, and what to write instead; None where the expression has a value.
+    """Return the operation without a finite value, and what to write instead; None if the expression has a value.
 
-    A function that has no value for operands below 0 gets one for them, and the solid is ended there by `max`: a value
-    alone would let it go on, with a crease where the operand is 0.
+    For a function that is undefined for operands below 0, the advice has two parts: an operand that is never below 0,
+    and a `max` that ends the solid where the operand is 0. Without the `max` the solid would go on, with a crease.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def why_undefined(expr: Expr, values: Mapping[str, float]) -> tuple[str, str] | 
                 at[each] = float(values[str(each.name)] if each.op == "symbol" else each.value or 0.0)
     blamed = expr
     while not math.isfinite(at[blamed]):
-        # A NaN comes of a NaN, where there is one; else of what is infinite
+        # The cause is an operand that is NaN; else one that is infinite
         worse = [arg for arg in blamed.args if math.isnan(at[arg])] or [
             arg for arg in blamed.args if math.isinf(at[arg])
         ]
@@ -56,7 +56,7 @@ def _said(each: Expr, at: Mapping[Expr, float]) -> tuple[str, str]:
     number = f"{at[operand] + 0.0:.3g}"
     name, value = (text, f"{text} = {number}") if len(text) <= _LONGEST else ("u", number)
     end = f" for it, and max(F, -({name})) to end the solid there"
-    above = f" for it, and max(F, 1e-6 - ({name})) to end the solid before"  # the crease of the other maximum
+    above = f" for it, and max(F, 1e-6 - ({name})) to end the solid before"  # before the crease of the inner max
     if each.op == "sqrt":
         return f"the square root of {value}", f"sqrt(max({name}, 0)){end}"
     if each.op == "log":

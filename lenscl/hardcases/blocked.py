@@ -1,4 +1,4 @@
-"""Where rays end that an opaque lens stops: on its surface, with the direction in which they came."""
+"""Check rays that an opaque lens blocks: they end on its surface, with the direction in which they came."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from lenscl.hardcases.judge import Wrong
 from lenscl.status import RayStatus
 from lenscl.tracing import Placement, RayMap, RayPaths
 
-# What a point may lie beside the surface, of the largest of its coordinates and 1, and a direction beside the exact one
+# Allowed distance of a point from the surface, relative to its largest coordinate or 1; allowed error of a direction
 _BESIDE: dict[Level, float] = {"single": 1e-3, "double": 1e-9}
 
 
 def misplaced(case: Case, scene: Scene, ends: RayMap | RayPaths, level: Level) -> Iterator[Wrong]:
-    """Yield the blocked rays that end beside every opaque surface, or with another direction than they came in."""
+    """Yield the blocked rays that end off every opaque surface, or with another direction than the one they came in."""
     blocked = np.flatnonzero(ends.status.ravel() == RayStatus.BLOCKED)
     if not blocked.size:
         return
@@ -41,7 +41,7 @@ def misplaced(case: Case, scene: Scene, ends: RayMap | RayPaths, level: Level) -
 
 
 def _distance(lens: Lens, points: Array) -> NDArray[np.float64]:
-    """Return how far points lie from a lens's surface, to first order: |F| over the steepness of F in the world."""
+    """Return the distances of points from a lens's surface, to first order: |F| over the length of its gradient."""
     place = Placement.of(lens)
     values = {**lens.values, **dict(zip("xyz", place.local(points).T, strict=True))}
     expression = lens.surface.expression

@@ -1,6 +1,7 @@
-"""Why rays may be left undecided: what the oracle says of them, or what becomes of their path where numbers are moved.
+"""The reason why a ray may be left undecided: from the oracle's message, or from the paths of the moved rays.
 
-The oracle's word is stored with the pack. Where it decides the ray and all its moves, the paths that those take tell.
+If the oracle does not decide the ray, its message gives the reason, which is stored with the pack. If it does, the
+reason follows from the paths that the ray takes when numbers of the problem are moved by rounding.
 """
 
 from __future__ import annotations
@@ -12,23 +13,23 @@ import numpy as np
 from lenscl.hardcases.case import Case, Expected, Level
 from lenscl.status import RayStatus
 
-# What is stored is a place in this tuple: new reasons go to its end
+# The pack stores indices into this tuple: new reasons go to its end
 REASONS = (
     "",
-    "no value of F",  # it is undefined on the ray's way, or beyond the largest double
-    "multiple root",  # the ray touches the surface, or F jumps, or two roots are one to 2048 bits
+    "no value of F",  # F is undefined on the ray's path, or larger than the largest double
+    "multiple root",  # the ray touches the surface, or F jumps, or 2048 bits do not separate two roots
     "grazing",
     "edge",  # there is no normal
     "start on a surface",
     "critical angle",
     "event limit",
-    "rim",  # which surfaces the ray meets hangs on rounding
+    "rim",  # rounding decides which surfaces the ray meets
     "rim before another lens",
     "lenses touch",
     "screen",  # parallel to the picture, or on its edge
     "proof too long",
 )
-_SAID = {  # what the oracle says contains these words
+_SAID = {  # words of the oracle's messages
     "has no value": "no value of F",
     "touches the surface": "multiple root",
     "grazes": "grazing",
@@ -48,7 +49,7 @@ _SAID = {  # what the oracle says contains these words
 
 
 def number_of(said: str) -> int:
-    """Return the number of the reason for what the oracle says of a ray; 0 where it decides it.
+    """Return the number of the reason that the oracle's message on a ray gives; 0 if it decides the ray.
 
     >>> REASONS[number_of("the ray grazes the surface")]
     'grazing'
@@ -68,11 +69,11 @@ def reason(case: Case, expected: Expected, ray: int, level: Level) -> str:
     ----------
     case : Case
     expected : Expected
-        Of its rays.
+        The expected answers of the case.
     ray : int
-        One that is not stable under moves of `level`, or that the oracle does not decide, or whose F has no value.
+        A ray that is not stable under moves of `level`, or that the oracle does not decide, or whose F has no value.
     level : "double" or "single"
-        The finest precision that it was traced in.
+        The finest precision that the ray was traced in.
     """
     if case.lacks_values is not None and case.lacks_values[ray]:
         return "no value of F"
@@ -83,7 +84,7 @@ def reason(case: Case, expected: Expected, ray: int, level: Level) -> str:
     ends = {(int(exact.status[ray]), int(exact.events[ray]))}
     ends |= set(zip(beside.status[mine].tolist(), beside.events[mine].tolist(), strict=True))
     ends = {end for end in ends if end[0] != RayStatus.UNDECIDED}
-    # All meet as many surfaces as are allowed, and some would meet another
+    # All moved rays meet as many surfaces as are allowed. Some would meet one more; the others would not
     if RayStatus.TRAPPED in {status for status, _ in ends} and len({events for _, events in ends}) == 1 < len(ends):
         return "event limit"
     if {status for status, _ in ends} > {int(RayStatus.TOTAL_REFLECTION)}:
@@ -92,6 +93,6 @@ def reason(case: Case, expected: Expected, ray: int, level: Level) -> str:
 
 
 def counted(case: Case, expected: Expected, rays: np.ndarray, level: Level) -> dict[str, int]:
-    """Return how many of some rays need not be decided for which reason; the most frequent first."""
+    """Return how many of some rays have which reason to be undecided; the most frequent first."""
     found = [reason(case, expected, ray, level) for ray in rays.tolist()]
     return {why: found.count(why) for why in sorted(set(found), key=lambda why: (-found.count(why), why))}

@@ -1,15 +1,17 @@
-"""Where on the film outlines of lenses may lie, as the source sees them: proved by bounds, not seen by rays.
+"""Squares of the film in which an outline of a lens may lie, as seen from the source: by interval bounds, not by rays.
 
-Input: a scene. Output: squares of the film outside which straight rays from the source meet every lens alike.
+Input: a scene. Output: squares of the film. Outside them, neighbouring straight rays from the source meet each lens
+equally often.
 
-A straight ray p + t d meets a solid F <= 0 where F = 0. From ray to ray the number of such places changes at an outline
-alone: where F = 0 and its slope along the ray, grad F . d, is 0 as well; that is the implicit function theorem, and
-a solid lies inside its box. A lens's box is parted again and again, and a part is left out where bounds of interval
-arithmetic exclude F = 0, or exclude that the slope is 0, or where it lies beside all rays of the film. What stays is
-projected from the source onto the film.
+A straight ray p + t d meets the surface of a solid F <= 0 where F = 0. From ray to ray, the number of these roots
+changes only at an outline: a place where F = 0 and the slope along the ray, grad F . d, is 0, too. This follows from
+the implicit function theorem, since a solid lies inside its box. The box of a lens is bisected repeatedly. A part is
+discarded if no ray of the film meets it, if interval bounds exclude F = 0 in it, or if they exclude that the slope is 0
+in it. The parts that are left are projected from the source onto the film.
 
-An expression that jumps, or of which nothing is known, excludes nothing. Parts are made no smaller than is asked for,
-and no more of them than `_MOST_OPERATIONS` allows: past that, larger squares stay marked.
+For an F that jumps, bounds of the slope exclude nothing; where bounds of F are unknown, they exclude nothing either.
+Parts are bisected no further than the size asked for. `_MOST_OPERATIONS` limits their number: beyond that, squares that
+are larger stay marked.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Tubes of rays: where their corners' rays go, and what the picture's cells get of the light in them.
+"""Tubes of rays: where the rays of their corners end, and how their light spreads over the picture's cells.
 
-Input: the ends that a trace yields, and the flux through each tube. Output: what every cell has got, and where the rest
-has gone, so that all light is accounted for.
+Input: the ends of traced rays, and the flux through each tube. Output: the light on every cell, and the light that ends
+in each other way. Together they are all the light.
 """
 
 from __future__ import annotations
