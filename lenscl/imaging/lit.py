@@ -96,7 +96,11 @@ class _LitPainter(Painter):
             cells, light = bright.cells[some], bright.irradiance[..., some, :, :]
             above = Painter(self._above(np.repeat(cells[:, np.newaxis], parts, axis=1), light))
             seen = above.paint(linear, filter=filter, encoding="linear")
-            flat[cells] = pixels_from(_up_to_white(seen).mean(axis=1), picture.dtype, curve)
+            means = pixels_from(_up_to_white(seen).mean(axis=1), picture.dtype, curve)
+            if colours_of(means.shape[-1]) < means.shape[-1]:  # hidden colours stay
+                is_seen = means[:, -1] > 0
+                cells, means = cells[is_seen], means[is_seen]
+            flat[cells] = means
         return painted
 
     def _above(self, cells: NDArray[np.int64], light: NDArray[np.float64]) -> _Above:
