@@ -33,6 +33,7 @@ from typing import Any
 import mpmath
 import numpy as np
 from flint import arb
+from hard_cases import scenes
 from random_trees import Array, by_balls, by_mpmath, by_numpy, tree
 
 import lenscl
@@ -48,27 +49,8 @@ _SAMPLES = 1500  # of a ray in the box
 _ASTRAY = {"double": 2e-15, "single": 1e-6, "mixed": 1e-6}  # of a place, by rounding: of all numbers here of size 1
 _NEAR = {"double": 1e-11, "single": 3e-5, "mixed": 1e-11}  # of an event's place, by all that rounds
 _PARTS = 500  # of the place of an event, at most, of which F is bounded
-_TEXT = """
-[source]
-kind = "point"
-at = [0.0, 0.0, 4.0]
-[film]
-centre = [0.0, 0.0, 2.5]
-right = [1.0, 0.0, 0.0]
-down = [0.0, -1.0, 0.0]
-size = [2, 2]
-[picture]
-corner = [-1000.0, 1000.0, -2000.0]
-right = [2000.0, 0.0, 0.0]
-down = [0.0, -2000.0, 0.0]
-[numerics]
-max_events = 255
-method = "interval"
-[[lens]]
-surface = "{text}"
-bounds = [[-1.1, -1.1, -1.1], [1.1, 1.1, 1.1]]
-n = 1.0
-"""
+_PICTURE = {"corner": [-1000.0, 1000.0, -2000.0], "right": [2000.0, 0.0, 0.0], "down": [0.0, -2000.0, 0.0]}
+_NUMERICS = {"max_events": 255, "method": "interval"}
 
 
 @dataclass(frozen=True)
@@ -121,7 +103,7 @@ def made(number: int, seed: int, rays: int) -> Tree | None:
 
 def _scene(text: str) -> Scene | None:
     try:
-        return lenscl.scene_from_toml(_TEXT.format(text=text))
+        return lenscl.scene_from_toml(scenes.scene(scenes.user(text, _BOX, 1.0), picture=_PICTURE, numerics=_NUMERICS))
     except LensclError:
         return None
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import sys
 import time
-from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
@@ -102,15 +101,16 @@ def _pack(cases: list[Case], known: dict[str, Expected]) -> Pack:
 
 
 def _count() -> None:
-    """Count the rays that are left undecided, by precision and family: the most of any guaranteed method."""
-    pack, counts = load_pack(), {}
+    """Count the rays that each guaranteed method leaves undecided, by precision, method and family."""
+    pack = load_pack()
+    counts: dict[str, dict[str, dict[str, int]]] = {}
     for precision in ("double", "mixed", "single"):
-        most: Counter[str] = Counter()
+        counts[precision] = {}
         for method in ("auto", "guarded", "interval", "polynomial"):
             found = list(run_pack(pack, method=method, precision=precision, device=device.choose()))
-            most |= Counter({each.family: each.undecided for each in by_family(found)})
+            families = sorted(by_family(found), key=lambda each: each.family)
+            counts[precision][method] = {each.family: each.undecided for each in families if each.undecided}
             print(f"{precision}, {method}: {sum(each.undecided for each in found)}", flush=True)
-        counts[precision] = dict(sorted((+most).items()))
     write_pack(replace(pack, most_undecided=counts))
 
 

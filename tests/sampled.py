@@ -1,4 +1,7 @@
-"""A slow ray tracer that knows nothing of lenscl: a text evaluated by numpy, dense sampling, bisection, Snell's law."""
+"""A slow ray tracer that knows nothing of lenscl: a text evaluated by numpy, dense sampling, bisection, Snell's law.
+
+`compared` sets the rays of lenscl beside it.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import lenscl
+from lenscl import RayStatus
 from lenscl.config import Scene
+from lenscl.tracing import RayPaths
 
 Array = NDArray[np.float64]
 Field = Callable[[Array], Array]  # F at points, shape (..., 3)
@@ -120,3 +126,25 @@ def off(found: Sampled, origin: Array, direction: Array) -> Array:
     """Return how far last legs are apart, shape (N,): of their points and directions."""
     apart = np.linalg.norm(found.direction - direction, axis=1)
     return np.asarray(np.maximum(apart, np.linalg.norm(np.cross(origin - found.origin, direction), axis=1)))
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Rays of lenscl and of sampling: which of them, shape (N,), both decide, and how far their last legs are apart."""
+
+    paths: RayPaths
+    said: Sampled
+    told: NDArray[np.bool_]
+    apart: Array
+
+
+def compared(scene: Scene, F: Field, half: float, chosen: NDArray[np.bool_] | slice = slice(None)) -> Compared:
+    """Trace the film's rays, or those chosen, through one lens of index 1.5 within a ball of radius `half`, both ways.
+
+    Rays that meet nothing are not told.
+    """
+    origin, direction = (each[chosen] for each in film_rays(scene))
+    said = sampled(F, origin, direction, 1.5, half)
+    paths = lenscl.trace_rays(scene, origin, direction)
+    told = said.sure & (paths.status != RayStatus.UNDECIDED) & (paths.events > 0)
+    return Compared(paths, said, told, off(said, paths.origin, paths.direction))

@@ -42,11 +42,12 @@ def hardcases(method: str, precision: str | None, label: str | None, names: tupl
     own condition magnifies them (16 are allowed), and how many rays were not decided at first and traced again in a
     higher precision. Of the rays whose path hangs on rounding, those that took one beside the exact one, those whose
     answer is not told by the moves that were tried, and those left undecided; and how many of these are expected at
-    most. And wrong answers. The families that came with later editions of the pack stand apart. A second table says why
-    rays were left undecided: the reason is the oracle's, or lies in what moves make of the ray's path.
+    most of the method in this precision. And wrong answers. The families that came with later editions of the pack
+    stand apart. A second table says why rays were left undecided: the reason is the oracle's, or lies in what moves
+    make of the ray's path.
 
     With a wrong answer, or more undecided rays in a family than are expected, the exit code is 3. The march is no
-    guaranteed method: it loses short chords, and they count as wrong.
+    guaranteed method: it loses short chords, and they count as wrong; no number of undecided rays is expected of it.
 
     It takes a minute or two, and longer where kernels have to be compiled; standard error says how far it is.
 
@@ -70,7 +71,7 @@ def hardcases(method: str, precision: str | None, label: str | None, names: tupl
         verdicts = list(told)
     circumstances = {**chosen.circumstances(), "method": method, "precision": precision}
     families = by_family(verdicts)
-    most = pack.most_undecided.get(precision, {}) if chosen.has_double and method != "march" else None
+    most = pack.most_undecided.get(precision, {}).get(method) if chosen.has_double else None
     if as_json:
         click.echo(json.dumps(_document(circumstances, verdicts, families, most), indent=2))
     else:

@@ -1,6 +1,6 @@
 """The pack of hard cases as it is stored: `cases.toml` says what they are, `rays.npz` holds rays and answers.
 
-`undecided.toml` says how many rays of each family may be left undecided.
+`undecided.toml` says how many rays of each family may be left undecided: a table for each precision and method.
 
 Rays of all cases stand one after another; a case's number of rays says which are its own. The rays carry the digest of
 the cases that they belong to: two files that were not written together are no pack.
@@ -43,14 +43,14 @@ class Pack:
     cases : tuple of Case
     expected : mapping of str to Expected
         By case, but for those that are refused.
-    most_undecided : mapping of str to mapping of str to int
-        By precision and family: how many rays any guaranteed method leaves undecided, on a device that has double
-        precision. More are more than expected. Families that are not named have none.
+    most_undecided : mapping of str to mapping of str to mapping of str to int
+        By precision, method and family: how many rays are left undecided on a device that has double precision. More
+        are more than expected. A family that is not named has none. Of a method that is not named nothing is expected.
     """
 
     cases: tuple[Case, ...]
     expected: Mapping[str, Expected]
-    most_undecided: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
+    most_undecided: Mapping[str, Mapping[str, Mapping[str, int]]] = field(default_factory=dict)
 
     def having(self, texts: Collection[str]) -> Pack:
         """Return the cases whose names contain any of some texts, and those that they are compared with.
@@ -101,8 +101,8 @@ def load_pack() -> Pack:
     return Pack(cases=tuple(cases), expected=expected, most_undecided=most_undecided())
 
 
-def most_undecided() -> dict[str, dict[str, int]]:
-    """Return how many rays of each family may be left undecided, by precision.
+def most_undecided() -> dict[str, dict[str, dict[str, int]]]:
+    """Return how many rays of each family may be left undecided, by precision and method.
 
     Raises
     ------

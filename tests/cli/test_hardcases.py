@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 from lenscl.cli import main
 from lenscl.cli.hardcases import _METHODS, _PRECISIONS
+from lenscl.hardcases import most_undecided
 from lenscl.methods import METHODS
 
 
@@ -45,27 +46,41 @@ def test_editions_stand_apart_and_every_undecided_ray_has_its_reason() -> None:
     assert reasons == [["family", "why undecided", "rays"], ["screens", "screen", "1"], ["all", "screen", "1"]]
 
 
-@pytest.mark.parametrize(("most", "expected"), [({}, 3), ({"screens": 1}, 0)])
-def test_more_undecided_than_expected_is_named_and_the_exit_code_tells(
-    most: dict[str, int], expected: int, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("method", "precision", "less", "expected"),
+    [("auto", "double", 1, 3), ("auto", "double", 0, 0), ("guarded", "double", 1, 0), ("auto", "mixed", 1, 0)],
+)
+def test_more_undecided_than_expected_of_the_method_is_named_and_the_exit_code_tells(
+    method: str, precision: str, less: int, expected: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("lenscl.hardcases.pack.most_undecided", lambda: {"double": most})
-    code, out, err = run("--case", "screens: a film through")
+    most = most_undecided()
+    most["double"]["auto"]["screens"] -= less
+    monkeypatch.setattr("lenscl.hardcases.pack.most_undecided", lambda: most)
+    arguments = ("--method", method, "--precision", precision, "--case", "screens: a film through")
+    code, out, err = run(*arguments)
     said = "too many undecided: screens: 1 ray, where at most 0 are expected"
     assert (code, said in err) == (expected, expected == 3)
-    assert out.splitlines()[1].split()[-3:] == ["1", str(most.get("screens", 0)), "0"]
-    code, out, _ = run("--case", "screens: a film through", "--json")
+    at_most = 0 if expected else 1
+    assert out.splitlines()[1].split()[-3:] == ["1", str(at_most), "0"]
+    code, out, _ = run(*arguments, "--json")
     family = json.loads(out)["families"][0]
     assert code == expected
-    assert (family["undecided"], family["most_undecided"], family["reasons"]) == (
-        1, most.get("screens", 0), {"screen": 1},
-    )  # fmt: skip
+    assert (family["undecided"], family["most_undecided"], family["reasons"]) == (1, at_most, {"screen": 1})
 
 
-def test_nothing_is_expected_of_a_march() -> None:
-    _, out, err = run("--method", "march", "--case", "screens: a film through")
+@pytest.mark.parametrize("method", ["march", "auto"])
+def test_nothing_is_expected_of_a_method_without_a_table(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    most = most_undecided()
+    most["double"].pop(method, None)
+    monkeypatch.setattr("lenscl.hardcases.pack.most_undecided", lambda: most)
+    arguments = ("--method", method, "--case", "screens: a film through")
+    code, out, err = run(*arguments)
     assert "too many" not in err
-    assert out.splitlines()[1].split()[-3:] != ["1", "0", "0"]
+    head, row = out.splitlines()[:2]
+    assert row[head.index("undecided") : head.index("wrong")].split() == ["1"]  # under "at most" it is empty
+    again, out, _ = run(*arguments, "--json")
+    assert code == again == 0
+    assert json.loads(out)["families"][0]["most_undecided"] is None
 
 
 def test_json_stands_alone_on_standard_output() -> None:

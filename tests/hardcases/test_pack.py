@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from lenscl.errors import LensclError
 from lenscl.expr import FUNCTIONS, evaluate
 from lenscl.hardcases import LEVELS, REASONS, Case, Level, Pack, load_pack, write_pack
 from lenscl.hardcases.pack import _FOLDER as PACK
+from lenscl.methods import METHODS
 from lenscl.reference.oracle import Proof, prove_pixels, prove_rays
 
 FAMILIES = {
@@ -43,6 +45,18 @@ def test_it_holds_every_family_and_many_rays(pack: Pack) -> None:
     assert sum(len(each.answers.status) for each in pack.expected.values()) >= 20_000
     assert {case.equals for case in pack.cases} <= {"", *names}
     assert all(case.why for case in pack.cases)
+
+
+def test_each_guaranteed_method_has_its_own_number_of_undecided_rays(pack: Pack) -> None:
+    rays: Counter[str] = Counter()
+    for case in pack.cases:
+        rays[case.family] += 0 if case.refused else len(pack.expected[case.name].answers.status)
+    assert set(pack.most_undecided) == {"double", "mixed", "single"}
+    for precision, tables in pack.most_undecided.items():
+        assert set(tables) == {"auto", *(name for name, row in METHODS.items() if row.is_guaranteed)}, precision
+        for method, most in tables.items():
+            assert all(0 < count < rays[family] for family, count in most.items()), (precision, method)
+    assert pack.most_undecided["double"]["auto"]["start"] < pack.most_undecided["double"]["interval"]["start"]
 
 
 def test_what_came_with_the_first_edition_stays_as_it_was(pack: Pack) -> None:
@@ -292,7 +306,8 @@ def test_a_pack_that_is_not_whole_says_what_to_do(monkeypatch: pytest.MonkeyPatc
     write_pack(pack)
     again = load_pack()
     assert [case.name for case in again.cases] == [case.name for case in pack.cases]
-    assert (folder / "cases.toml").read_bytes() == (PACK / "cases.toml").read_bytes()
+    for name in ("cases.toml", "undecided.toml"):
+        assert (folder / name).read_bytes() == (PACK / name).read_bytes()
     with np.load(folder / "rays.npz") as written, np.load(PACK / "rays.npz") as shipped:
         assert written.files == shipped.files  # the archive's own bytes hang on the version of Python
         for name in written.files:

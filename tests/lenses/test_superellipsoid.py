@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sampled import field, film_rays, off, sampled
+from sampled import compared, field
 from scenes import make_scene
 
 import lenscl
@@ -111,15 +111,11 @@ def test_the_ball_among_them_is_the_sphere(precision: str) -> None:
 @pytest.mark.parametrize(("e1", "e2"), [(1.5, 1.5), (2.0, 1.0), (0.5, 0.5), (0.7, 1.8), (1.9, 0.3)])
 def test_rays_go_where_sampling_of_the_printed_formula_says(e1: float, e2: float) -> None:
     for parts in (NEAR | {"film": NEAR["film"] | {"size": [24, 24]}}, {"film": {"size": [21, 21]}}):
-        scene = scene_of(e1, e2, **parts)
-        origin, direction = film_rays(scene)
-        said = sampled(field(BARR, e1=e1, e2=e2), origin, direction, 1.5, 1.75)
-        paths = lenscl.trace_rays(scene, origin, direction)
-        told = said.sure & (paths.status != RayStatus.UNDECIDED) & (paths.events > 0)
-        assert told.sum() > 80
-        np.testing.assert_array_equal(paths.events[told], said.events[told])
+        found = compared(scene_of(e1, e2, **parts), field(BARR, e1=e1, e2=e2), 1.75)
+        assert found.told.sum() > 80
+        np.testing.assert_array_equal(found.paths.events[found.told], found.said.events[found.told])
         # Sampling has its slopes by differences, which near an edge that is all but sharp tell less
-        apart = off(said, paths.origin, paths.direction)[told]
+        apart = found.apart[found.told]
         assert np.median(apart) < 1e-7
         assert (apart < 1e-3).mean() > 0.97
 

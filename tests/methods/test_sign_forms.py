@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sampled import field, film_rays, off, sampled
+from sampled import compared, field, film_rays
 from scenes import make_scene
 
 import lenscl
@@ -118,15 +118,11 @@ def test_what_goes_to_infinity_where_another_branch_decides_is_decided(text: str
     undecided = np.argwhere(raymap.status == RayStatus.UNDECIDED)
     # The axis itself, where a surface may have a point; the first and the second have none there
     assert len(undecided) <= (0 if text in AT_POLES[:2] else 2), undecided
-    origin, direction = (each[(raymap.events > 0).ravel()] for each in film_rays(scene))
-    said = sampled(field(text), origin, direction, 1.5, 1.8)
-    paths = lenscl.trace_rays(scene, origin, direction)
-    told = said.sure & (paths.status != RayStatus.UNDECIDED) & (paths.events > 0)
-    assert told.sum() > 40
-    same = paths.events[told] == said.events[told]
+    found = compared(scene, field(text), 1.8, chosen=(raymap.events > 0).ravel())
+    assert found.told.sum() > 40
+    same = (found.paths.events == found.said.events)[found.told]
     assert same.mean() > 0.98  # a ray through an edge may be taken to either side of it
-    apart = off(said, paths.origin, paths.direction)[told][same]
-    assert np.median(apart) < (1e-3 if precision == "single" else 1e-6)
+    assert np.median(found.apart[found.told][same]) < (1e-3 if precision == "single" else 1e-6)
 
 
 # Each against dense sampling of the text as it stands
@@ -145,15 +141,11 @@ ASIDE = [
 
 @pytest.mark.parametrize("text", ASIDE)
 def test_rays_go_where_sampling_of_the_text_says(text: str) -> None:
-    scene = scene_of(text, film=FILM)
-    origin, direction = film_rays(scene)
-    said = sampled(field(text), origin, direction, 1.5, 1.9)
-    paths = lenscl.trace_rays(scene, origin, direction)
-    assert (paths.status == RayStatus.UNDECIDED).sum() <= 1  # a cone's point on the axis
-    told = said.sure & (paths.status != RayStatus.UNDECIDED) & (paths.events > 0)
-    assert told.sum() > 50
-    np.testing.assert_array_equal(paths.events[told], said.events[told])
-    apart = off(said, paths.origin, paths.direction)[told]
+    found = compared(scene_of(text, film=FILM), field(text), 1.9)
+    assert (found.paths.status == RayStatus.UNDECIDED).sum() <= 1  # a cone's point on the axis
+    assert found.told.sum() > 50
+    np.testing.assert_array_equal(found.paths.events[found.told], found.said.events[found.told])
+    apart = found.apart[found.told]
     assert np.median(apart) < 1e-6
     assert (apart < 1e-3).mean() > 0.97
 

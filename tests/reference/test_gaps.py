@@ -3,36 +3,23 @@
 from __future__ import annotations
 
 import pytest
+from scenes import make_scene
 
 from lenscl import RayStatus
-from lenscl.config import scene_from_toml
 
 pytest.importorskip("flint", reason="python-flint, of the extra `accuracy`, is not installed")
 
 from lenscl.reference.oracle import Proof, prove_rays
 
 # |sqrt(x + 0.2) - 0.5| = 0.3 on the axis at x = -0.16 and x = 0.44; F has no value below -0.2
-SCENE = """
-[source]
-at = [0.0, 0.0, 4.0]
-[film]
-corner = [-1.0, 1.0, 2.0]
-right = [2.0, 0.0, 0.0]
-down = [0.0, -2.0, 0.0]
-size = [2, 2]
-[picture]
-corner = [3.0, -4.0, 4.0]
-right = [0.0, 8.0, 0.0]
-down = [0.0, 0.0, -8.0]
-[[lens]]
-surface = "abs(sqrt(x + 0.2) - 0.5) + y^2 + z^2 - 0.3"
-bounds = [[-1.1, -1.1, -1.1], [1.1, 1.1, 1.1]]
-n = 1.5
-"""
+SCENE = make_scene(
+    {"surface": "abs(sqrt(x + 0.2) - 0.5) + y^2 + z^2 - 0.3", "bounds": [[-1.1] * 3, [1.1] * 3]},
+    picture={"corner": [3.0, -4.0, 4.0], "right": [0.0, 8.0, 0.0], "down": [0.0, 0.0, -8.0]},
+)
 
 
 def proved(origin: list[float], direction: list[float]) -> Proof:
-    return prove_rays(scene_from_toml(SCENE), [origin], [direction])[0]
+    return prove_rays(SCENE, [origin], [direction])[0]
 
 
 def test_a_ray_is_followed_to_where_f_ends() -> None:
