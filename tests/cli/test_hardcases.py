@@ -62,9 +62,11 @@ def test_more_undecided_than_expected_is_named_and_the_exit_code_tells(
     )  # fmt: skip
 
 
-def test_nothing_is_expected_of_a_march() -> None:
-    _, out, err = run("--method", "march", "--case", "screens: a film through")
-    assert "too many" not in err
+def test_nothing_is_expected_of_a_march(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("lenscl.hardcases.pack.most_undecided", lambda: {"double": {}})
+    code, out, err = run("--method", "march", "--case", "screens: a film through")
+    assert (code, "too many" in err) == (0, False)
+    assert out.splitlines()[1].split()[-2:] == ["1", "0"]  # undecided and wrong, and nothing between
     assert out.splitlines()[1].split()[-3:] != ["1", "0", "0"]
 
 
