@@ -85,18 +85,21 @@ def test_only_what_has_a_bound_is_compared() -> None:
     assert exact.worst.keys() == {"snell"}
 
 
-def test_a_lens_of_which_nothing_is_known_takes_no_point_from_another() -> None:
-    """The first lens has no value below z = 0.2, and its box covers the surface of the second."""
-    half = {
-        "surface": "x^2 + y^2 + (z - 0.5)^2 - 0.04 + 0.01*sqrt(z - 0.2)",
-        "bounds": [[-0.9] * 3, [0.9] * 3],
-        "name": "half",
-    }
+BOX = [[-0.9] * 3, [0.9] * 3]  # that covers the surface of the ball beside it
+UNKNOWN = {
+    "no value below z = 0.2": {"surface": "x^2 + y^2 + (z - 0.5)^2 - 0.04 + 0.01*sqrt(z - 0.2)", "bounds": BOX},
+    "a value, and no bound of it": NOISY | {"k": 1e7, "bounds": BOX},
+}
+
+
+@pytest.mark.parametrize("why", UNKNOWN)
+def test_a_lens_of_which_nothing_is_known_takes_no_point_from_another(why: str) -> None:
     ball = {"surface": "sphere", "r": 0.2, "centre": [0.0, 0.0, -0.4], "name": "ball"}
     rng = np.random.default_rng(5)
     across = rng.normal(size=(40, 3))
     points = 0.2 * across / np.linalg.norm(across, axis=1, keepdims=True) + ball["centre"]
-    for lenses in ((half, ball), (ball, half)):
+    unknown = UNKNOWN[why] | {"name": "unknown"}
+    for lenses in ((unknown, ball), (ball, unknown)):
         scene = make_scene(*lenses)
         hits = hits_of(scene, points, EPS, Tolerance())
         assert {scene.lenses[number].name for number in hits.lens} == {"ball"}

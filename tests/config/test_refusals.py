@@ -407,10 +407,12 @@ def test_what_is_no_surface_is_told_as_what_it_is(base, problems, text, says, bo
     assert says in told[0]
 
 
-@pytest.mark.parametrize("text", ["rad/height + x^2 + y^2 + z^2 - 2", "rad - height + x^2 + y^2 + z^2 - 0.5"])
+@pytest.mark.parametrize("text", ["rad/height-x/rad", "rod - x", "x - ball - sphere"])
 def test_what_could_be_a_path_or_a_name_but_reads_as_an_expression_is_one(base, problems, text):
-    written = f"surface = '{text}'\nbounds = [[-2, -2, -2], [2, 2, 2]]\nrad = 0.5\nheight = 0.5"
-    assert problems(base.replace('surface = "torus"\nR = 0.7\nr = 0.25', written)) == ()
+    numbers = "".join(f"\n{name} = 0.5" for name in ("rad", "height", "rod", "ball", "sphere") if name in text)
+    written = f"surface = '{text}'\nbounds = [[-2, -2, -2], [2, 2, 2]]{numbers}"
+    (found,) = problems(base.replace('surface = "torus"\nR = 0.7\nr = 0.25', written))
+    assert found.startswith("lens.bounds: the solid must lie strictly inside")  # it is a half of space
 
 
 @pytest.mark.parametrize("table", ["source", "film", "picture", "medium", "effects", "numerics", "output", "sweep"])
@@ -442,7 +444,7 @@ def test_a_material_of_another_name_is_refused_with_the_nearest(base, problems, 
     assert f'did you mean "{nearest}"?' in found
 
 
-@pytest.mark.parametrize("name", ["SF6", "F5", "LAK9", "perspex"])
+@pytest.mark.parametrize("name", ["SF6", "F5", "LAK9", "SF1", "N-BK10", "perspex"])
 def test_a_glass_of_another_number_is_not_called_the_nearest(base, problems, name):
     (found,) = problems(base.replace("n = 1.5", f'n = "{name}"'))
     assert "did you mean" not in found

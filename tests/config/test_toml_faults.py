@@ -79,9 +79,10 @@ TWICE = [  # the header and what a study has once, or many times
 @pytest.mark.parametrize(("table", "says"), TWICE)
 @pytest.mark.parametrize("second", ["[{}]", "[[{}]]", "[ {} ]  # again"])
 def test_a_table_that_is_begun_twice_is_named_with_both_lines(table: str, says: str, second: str) -> None:
-    found = problem(f"title = 'x'\n[{table}]\n[other]\na = '''\n[{table}]\n'''\n{second.format(table)}\n")
+    text = f"title = '''\n[{table}]\n'''\n[{table}]\n[other]\na = 1\n{second.format(table)}\n"  # line 2 is of a text
+    found = problem(text)
     assert found.startswith("study.toml: line 7: the table ")
-    assert "line 2" in found
+    assert "line 4" in found
     assert says in found
 
 

@@ -130,6 +130,7 @@ REVERSED = [  # expressions that are positive inside, and the cube's half side
     ("-(max(abs(x), abs(y), abs(z)) - 0.8)", 1.0),
     ("0.3 - (x - 1)^2 - y^2 - z^2", 2.0),
     ("0.01 - (x - 0.31)^2 - (y + 0.42)^2 - (z - 0.33)^2", 2.0),  # smaller than places are apart
+    ("0.5*sqrt(9 - x^2 - y^2 - z^2) - 1", 2.0),  # has no value, and so no sign, where bounds are wider
     ("1 - x^2 - y^2", 2.0),  # without end, too
 ]
 NOT_REVERSED = [

@@ -13,6 +13,7 @@ from scenes import CATALOGUE, CONFIGS, make_scene
 
 from lenscl import RayStatus, trace
 from lenscl.config import Scene, load_study
+from lenscl.expr import evaluate, parse
 from lenscl.sweep import hard_spots, study_hard_spots
 from lenscl.sweep.creases import crease_points
 from lenscl.sweep.singular import singular_points
@@ -242,6 +243,10 @@ def test_what_lacks_a_value_is_named_and_what_is_advised_leaves_no_ray_undecided
 
     (spot,) = [spot for spot in hard_spots(scene(text)) if spot.kind == "no-value"]
     assert f"There F holds {blamed}" in spot.message
+    place, value = re.search(r"such as at \((.*?)\),.* = (\S+), in the lens's own", spot.message).groups()
+    operand = parse(blamed.split(" of ")[1].rstrip("-").rstrip("= "), "xyz")
+    told = dict(zip("xyz", map(float, place.split(", ")), strict=True))
+    assert float(value) == pytest.approx(float(evaluate(operand, told)), rel=0.01)
     advice = re.search(r"write (?:pow\(abs.*?, or )?(.*) for it, and (.*) to end the solid", spot.message)
     guarded, ended = advice.groups()
     plain = re.sub(r"max\((.*), [\de.-]+\)(?=\)|,)", r"\1", guarded)  # as it stood there
