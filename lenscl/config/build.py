@@ -338,6 +338,7 @@ def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> Lens | No
         material=read.n,
         absorption=read.absorption,
         absorbs=read.absorbs,
+        priority=read.priority,
     )
 
 

@@ -117,6 +117,9 @@ class LensTable(Table):
         (0.0, 0.0, 0.0), description="Of red, green and blue inside: after a length L exp(-a L) is left."
     )
     absorbs: Annotated[bool, *_flag()] = Field(False, description="Whether it is opaque: a stop, or a mount.")
+    priority: Annotated[float, PlainValidator(checks.Number()), WithJsonSchema({"type": "number"})] = Field(
+        0.0, description="Where solids overlap, the one of higher priority is the medium; of equals, the later one."
+    )
 
 
 class NumericsTable(Table):

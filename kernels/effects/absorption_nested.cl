@@ -1,0 +1,15 @@
+// absorption_nested.cl: absorption.cl where solids may touch or overlap: the medium of each stretch takes its part.
+//
+// provides  absorption_start(), absorption_interface()        needs  prelude, ray_nested; generated: lens_absorption()
+// carries   red, green, blue: what is left
+// source    the law of Beer and Lambert: exp(-a L) after a length L, a per scene unit
+static inline void absorption_start(ray_t *ray, const scene_t *scene) {
+  ray->red = ray->green = ray->blue = (realv)1;
+}
+
+static inline void absorption_interface(ray_t *ray, const interface_t *at, const scene_t *scene) {
+  const realv length = (at->lanes & at->leaves) ? at->length : (realv)0;  // 0 around lenses: exp(0) takes nothing
+  ray->red *= exp(-length * lens_absorption(scene, at->before, 0));
+  ray->green *= exp(-length * lens_absorption(scene, at->before, 1));
+  ray->blue *= exp(-length * lens_absorption(scene, at->before, 2));
+}
