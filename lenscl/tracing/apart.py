@@ -1,7 +1,8 @@
 """Which solids of a scene are proved apart: no point lies in two of them, or on the surfaces of two.
 
 Where two boxes overlap, the part that they share is cut into ever smaller cells, until bounds show of each cell that
-one solid or the other is not in it. Solids that touch are never proved apart, nor those with a gap finer than the cells.
+one solid or the other is not in it. Solids that touch are never proved apart, nor are those with a gap finer than the
+cells.
 """
 
 from __future__ import annotations
