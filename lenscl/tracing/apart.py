@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from functools import lru_cache
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +29,20 @@ Array = NDArray[np.float64]
 
 def touching(lenses: tuple[Lens, ...], some: Collection[int]) -> tuple[tuple[int, int], ...]:
     """Return the pairs, by number, of some of a scene's lenses whose solids may touch or overlap."""
-    return tuple(pair for pair in combinations(sorted(some), 2) if not _apart(lenses[pair[0]], lenses[pair[1]]))
+    return _touching(lenses, tuple(sorted(some)))
+
+
+@lru_cache(maxsize=256)
+def _touching(lenses: tuple[Lens, ...], some: tuple[int, ...]) -> tuple[tuple[int, int], ...]:
+    if len(some) < 2:
+        return ()
+    corners = np.stack([Placement.of(lenses[number]).corners() for number in some])
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    slack = _MARGIN * np.abs(corners).max(axis=(1, 2))[:, np.newaxis]
+    low, high = low - slack, high + slack
+    meets = ((low[:, np.newaxis] <= high) & (low <= high[:, np.newaxis])).all(axis=-1)
+    pairs = ((some[i], some[j]) for i, j in np.argwhere(np.triu(meets, 1)).tolist())
+    return tuple(pair for pair in pairs if not _apart(lenses[pair[0]], lenses[pair[1]]))
 
 
 @lru_cache(maxsize=4096)
