@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 
 from lenscl.codegen.fragments import VOCABULARY, generated, head, located
 from lenscl.codegen.layout import Layout
@@ -12,6 +12,8 @@ from lenscl.codegen.specialise import Structure, layout
 from lenscl.effects import TOTAL, Hook, Output
 from lenscl.status import RayStatus
 
+# Effects that ask in which medium a ray travels: by one lens, or by a set, with the hooks that they then have besides
+_OF_MEDIA: Mapping[str, tuple[Hook, ...]] = {"absorption": ("picture",), "opaque": (), "path_length": ()}
 _MOST_KEPT = 64  # some hundred kilobytes each
 _kept: dict[tuple[Hashable, ...], tuple[Layout, str]] = {}  # by what decides a kernel's text
 
@@ -42,9 +44,12 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         *(located(name) for name in (*VOCABULARY, *words_of(structure))),
         generated("the numbers of a scene, which a sweep may change without a new kernel"),
         numbers.declare(),
-        located("ray.cl"),
+        *([f"#define CONTACT_IS_DECIDED {int(structure.carried == 'double')}\n"] if structure.nests else []),
+        located("ray_nested.cl" if structure.nests else "ray.cl"),
         *([] if structure.rays == "given" else [located("film.cl")]),
-        located(f"rays_{structure.rays}.cl"),
+        located(
+            "rays_given_nested.cl" if structure.rays == "given" and structure.nests else f"rays_{structure.rays}.cl"
+        ),
         located("placement.cl"),
         *(located(f"{name}.cl") for name in structure.needs),
         *searches(structure),
@@ -52,9 +57,11 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         *([located(f"total_{_possible(structure)}.cl")] if structure.snell == "exact" else []),
         located(f"snell_{structure.snell}.cl"),
         located("screen.cl"),
+        *([located(f"picture_{'stops' if structure.stops else 'open'}.cl")] if structure.nests else []),
         located(f"ends_{structure.ends}.cl"),
         *_lens_numbers(structure),
         *(["\n".join(_surface_calls(structure))] if structure.needs else []),
+        *(["\n".join(_media(structure))] if structure.nests else []),
         *(located(f"effects/{name}.cl") for name in _effect_files(structure)),
         generated("what this scene consists of"),
         "\n".join(_calls(structure)),
@@ -62,7 +69,7 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         located(_layer(structure)),
         located("parks.cl" if structure.parks else "parks_never.cl"),
         located("steps_counted.cl" if structure.counts else "steps_uncounted.cl"),
-        located("trace.cl"),
+        located("trace_nested.cl" if structure.nests else "trace.cl"),
     ]
     return numbers, "\n".join(pieces)
 
@@ -94,6 +101,10 @@ def _lens(structure: Structure, number: int) -> Iterator[str]:
     yield f"#define LENS_NUMBER {number}\n#define LENS(name) lens_{number}_##name\n"
     yield f"#define SURFACE(name) {prefix}_##name\n"
     yield located("lens.cl")
+    if structure.nests:
+        yield f"#define LENS_BIT ((maskv)(MASK){1 << structure.nests.index(number)})\n"
+        yield located("lens_nested.cl")
+        yield "#undef LENS_BIT\n"
     yield from (located(f"lens_{name}.cl") for name in structure.needs)
     yield "#undef LENS_NUMBER\n#undef LENS\n#undef SURFACE\n"
 
@@ -119,7 +130,7 @@ def _effect_files(structure: Structure) -> Iterator[str]:
         if effect.layers:  # whose fragment stands where the layers are handed out
             continue
         yield from (f"{effect.name}_{getattr(structure, attribute)}" for attribute in effect.by)
-        yield effect.name
+        yield f"{effect.name}_nested" if structure.nests and effect.name in _OF_MEDIA else effect.name
 
 
 def _surface_calls(structure: Structure) -> Iterator[str]:
@@ -135,15 +146,15 @@ def _surface_calls(structure: Structure) -> Iterator[str]:
 
 
 def _calls(structure: Structure) -> Iterator[str]:
-    numbers = structure.lenses
+    numbers, nested = structure.lenses, "_nested" if structure.nests else ""
     yield "static inline void start(ray_t *ray, const scene_t *scene) {"
     for i in numbers:
-        yield f"  lens_{i}_start(ray, &scene->lens_{i}, scene->shape_{i});"
+        yield f"  lens_{i}_start{nested}(ray, &scene->lens_{i}, scene->shape_{i});"
     yield from _hooked(structure, "start", "ray, scene")
     yield "}\n"
     yield "static inline void meet_lenses(const ray_t *ray, const scene_t *scene, hit_t *hit) {"
     for i in numbers:
-        yield f"  lens_{i}_meet(ray, &scene->lens_{i}, scene->shape_{i}, &scene->method, hit);"
+        yield f"  lens_{i}_meet{nested}(ray, &scene->lens_{i}, scene->shape_{i}, &scene->method, hit);"
     yield "}\n"
     yield "static inline void at_interface(ray_t *ray, const interface_t *at, const scene_t *scene) {"
     yield from _hooked(structure, "interface", "ray, at, scene")
@@ -157,9 +168,24 @@ def _calls(structure: Structure) -> Iterator[str]:
     yield from _stores(structure.adds)
 
 
+def _media(structure: Structure) -> Iterator[str]:
+    """Yield what tells the medium of a set of lenses, and its index."""
+    yield generated("the medium of a set of lenses")
+    yield "static inline maskv medium_of(maskv set) {\n  maskv medium = NOWHERE;"
+    for place, number in enumerate(structure.nests):
+        if number in structure.lenses:
+            yield f"  medium = (set & (maskv)(MASK){1 << place}) != (maskv)0 ? (maskv){number} : medium;"
+    yield "  return medium;\n}\n"
+    yield "static inline realv index_of(const scene_t *scene, maskv medium) {\n  realv n = (realv)scene->n_medium;"
+    for number in structure.lenses:
+        yield f"  n = medium == (maskv){number} ? (realv)scene->lens_{number}.n : n;"
+    yield "  return n;\n}\n"
+
+
 def _hooked(structure: Structure, hook: Hook, arguments: str) -> Iterator[str]:
     for effect in structure.effects:
-        if hook in effect.hooks:
+        more = _OF_MEDIA.get(effect.name, ()) if structure.nests else ()
+        if hook in (*effect.hooks, *more):
             yield f"  {effect.name}_{hook}({arguments});"
 
 

@@ -8,7 +8,7 @@ program, and the kernel cache grows with forms, not with values.
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 from lenscl.codegen.fragments import Precision, carried
@@ -18,6 +18,7 @@ from lenscl.lenses import Surface
 from lenscl.methods import Method
 
 _RAY_WORDS = 11
+_NESTED_WORDS = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,6 +36,8 @@ class Structure:
     run: int  # packets that one work-item carries, one after the other
     parks: bool  # whether the last few rays of a packet are put aside for another launch
     counts: bool = False  # whether the searches' steps are counted
+    nests: tuple[int, ...] = ()  # the lenses, lowest priority first, where their solids may touch or overlap
+    stops: bool = False  # whether rays end where they meet the picture first; then `nests` has the lenses
     source: Literal["point", "parallel"] = "point"  # of the film's rays, also where others are traced
 
     def form(self) -> tuple[Hashable, ...]:
@@ -81,8 +84,8 @@ class Structure:
 
     @property
     def ray_words(self) -> int:
-        """The members of kernels/ray.cl's ray_t, each one number a lane, with those of the effects."""
-        return _RAY_WORDS + len(self.carries)
+        """The members of ray_t in kernels/ray.cl or ray_nested.cl, each one number a lane, with the effects'."""
+        return (_NESTED_WORDS if self.nests else _RAY_WORDS) + len(self.carries)
 
     @property
     def carries(self) -> tuple[str, ...]:
@@ -117,7 +120,8 @@ class Structure:
 def lens_struct(structure: Structure) -> Struct:
     """Return the numbers of every lens, with those that the effects read."""
     more = tuple(Slot(name, size) for name, size in structure.lens_reads)
-    return Struct(_LENS.c_name, _LENS.slots + more)
+    nested = _NESTED_SLOTS if structure.nests else ()
+    return Struct(_LENS.c_name, _LENS.slots + nested + more)
 
 
 def layout(structure: Structure) -> Layout:
@@ -126,7 +130,7 @@ def layout(structure: Structure) -> Layout:
     members = [
         Member("film", _FILM),
         Member("source", _SOURCES[structure.rays]),
-        Member("picture", _PICTURE),
+        Member("picture", replace(_PICTURE, slots=_PICTURE.slots + _STOPPING_SLOTS) if structure.stops else _PICTURE),
         Member("method", method_struct(structure)),
         Member("n_medium", comment="index around the lenses"),
     ]
@@ -208,3 +212,8 @@ _LENS = Struct(
         Slot("eta_out", 1, "its own over the one around it"),
     ),
 )
+_NESTED_SLOTS = (
+    Slot("noise", 1, "the most that rounding changes of F near the surface"),
+    Slot("place", 1, "and of each coordinate of a local point"),
+)
+_STOPPING_SLOTS = (Slot("blur", 1, "what rounding does to a point and its distance from the plane, scene units"),)

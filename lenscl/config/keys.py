@@ -18,7 +18,7 @@ _COMPONENTS: dict[str, dict[str, int]] = {
     **dict.fromkeys(("at", "direction", "corner", "centre", "right", "down", "stretch", "rotate"), _AXES),
     "size": _SIDES,
 }
-_LENS_KEYS = ("centre", "stretch", "rotate", "n", "absorption", "absorbs")
+_LENS_KEYS = ("centre", "stretch", "rotate", "n", "absorption", "absorbs", "priority")
 _NEVER_SWEPT = ("lens.name", "picture.images")
 _DECIDING = (".surface", ".kind", ".corner", ".centre")
 # Writing a key takes those away that cannot stand beside it

@@ -123,6 +123,7 @@ class Picture(_Screen):
     outside: tuple[float, ...]
     filter: Literal["nearest", "bilinear", "bicubic"]
     encoding: Literal["srgb", "linear"] | None
+    stops: Literal["auto"] | bool = "auto"  # whether rays end where they meet it first
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,6 +144,7 @@ class Lens:
     material: Material
     absorption: Vec3 = (0.0, 0.0, 0.0)  # of red, green, blue, per scene unit of the world
     absorbs: bool = False  # opaque: no ray goes on from its surface
+    priority: float = 0.0  # where solids overlap the highest is the medium
 
     @property
     def n(self) -> float:
@@ -234,6 +236,10 @@ class Scene:
     def _undispersed(self) -> Scene:
         return replace(self, effects=Effects({**self.effects, "dispersion": False}))
 
+    def by_priority(self) -> tuple[int, ...]:
+        """Return the lenses' numbers, lowest priority first; where solids overlap the last one is the medium."""
+        return tuple(sorted(range(len(self.lenses)), key=lambda number: (self.lenses[number].priority, number)))
+
     def blocks(self, number: int) -> bool:
         """Return whether a lens lets no light in: it is opaque, and absorption is not switched off."""
         return self.lenses[number].absorbs and self.effects["absorption"] is not False
@@ -278,6 +284,8 @@ class Scene:
         picture["filter"] = self.picture.filter
         if self.picture.encoding is not None:
             picture["encoding"] = self.picture.encoding
+        if self.picture.stops != "auto":
+            picture["stops"] = self.picture.stops
         return {
             "source": source,
             "film": _screen_document(self.film),
@@ -354,4 +362,5 @@ def _lens_document(lens: Lens) -> dict[str, Any]:
         "n": _written(lens.material),
         **({"absorption": list(lens.absorption)} if any(lens.absorption) else {}),
         **({"absorbs": True} if lens.absorbs else {}),
+        **({"priority": lens.priority} if lens.priority else {}),
     }

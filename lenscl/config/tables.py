@@ -47,6 +47,10 @@ def _flag() -> tuple[PlainValidator, WithJsonSchema]:
     return PlainValidator(checks.OneOf((True, False))), WithJsonSchema({"type": "boolean"})
 
 
+def _auto() -> tuple[PlainValidator, WithJsonSchema]:
+    return PlainValidator(checks.OneOf(("auto", True, False))), WithJsonSchema({"enum": ["auto", True, False]})
+
+
 def _whole(low: int, high: int) -> tuple[PlainValidator, WithJsonSchema]:
     schema = {"type": "integer", "minimum": low, "maximum": high}
     return PlainValidator(checks.Whole(low, high)), WithJsonSchema(schema)
@@ -92,6 +96,9 @@ class PictureTable(Table):
     encoding: Annotated[str, *_words("srgb", "linear")] | None = Field(
         None, description="How the image's numbers code light; left out: srgb for whole numbers, linear for floats."
     )
+    stops: Annotated[str | bool, *_auto()] = Field(
+        "auto", description="Whether rays end where they meet the picture first; auto: where it lies on or in a solid."
+    )
 
 
 class MediumTable(Table):
@@ -117,6 +124,9 @@ class LensTable(Table):
         (0.0, 0.0, 0.0), description="Of red, green and blue inside: after a length L exp(-a L) is left."
     )
     absorbs: Annotated[bool, *_flag()] = Field(False, description="Whether it is opaque: a stop, or a mount.")
+    priority: Annotated[float, PlainValidator(checks.Number()), WithJsonSchema({"type": "number"})] = Field(
+        0.0, description="Where solids overlap, the one of higher priority is the medium; of equals, the later one."
+    )
 
 
 class NumericsTable(Table):

@@ -19,6 +19,7 @@ Fact = Literal[
     "total reflection is possible",
     "the environment is the picture",
     "the environment is an image",
+    "solids may touch or overlap",
 ]
 # Where a kernel calls a variant: on a ray's start, behind a surface that it has met, there after all others, on the
 # picture's plane where a map is made, and there whatever is made
@@ -190,6 +191,7 @@ _FRESNEL = Variant(
     adds=(_TRANSMITTANCE,),
 )
 TOTAL: Fact = "total reflection is possible"
+NESTED: Fact = "solids may touch or overlap"
 _ROWS = (
     Effect(
         key="absorption",

@@ -13,7 +13,7 @@ from lenscl.lenses.solid import Box, Parameter, Surface, Values
 
 COORDINATES = ("x", "y", "z")
 LENS_TABLE_KEYS = frozenset(
-    ["surface", "name", "centre", "stretch", "rotate", "n", "bounds", "absorption", "absorbs"]
+    ["surface", "name", "centre", "stretch", "rotate", "n", "bounds", "absorption", "absorbs", "priority"]
 )  # parameters stand beside these in a study file
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 _LARGEST = 1e300

@@ -21,6 +21,7 @@ from lenscl.reference.crossing import UndecidableError
 from lenscl.reference.jets import contains_zero
 from lenscl.reference.library import python_flint
 from lenscl.reference.placed import Placed
+from lenscl.reference.stops import picture_stops
 from lenscl.reference.vectors import cross, dot, minus, plus, times, unit, vector
 from lenscl.status import RayStatus
 
@@ -39,6 +40,9 @@ MOST_BITS = 2048
 TOO_LONG = "certified answers of so many rays would take too long"
 _FIRST_BITS = 128
 _FARTHEST = 10**30  # |s| or |t| beyond are BEHIND
+_CONTACT = 2.0**-48  # of the size of a lens and of its distance from the world's origin: nearer faces are in contact
+_GAP = 2.0**-41  # and there is a gap between those that are farther apart; in between it cannot be told
+_PARALLEL = 1e-7  # sine of the angle between normals of faces in contact
 _NORMAL = 2.0**-20  # a unit normal that is known less well is that of an edge, where both sides' are enclosed
 
 
@@ -222,6 +226,17 @@ def _behind(scene: Scene, target: Vector) -> arb:
     return (reach + dot(target, target).sqrt()).upper()
 
 
+@dataclass(frozen=True, slots=True)
+class _Met:
+    """The surfaces that are met next, in contact with each other."""
+
+    lenses: frozenset[int]  # their numbers
+    nearest: int  # the first of them
+    t: arb  # of the ray there
+    point: Vector  # world, on that one
+    normal: Vector  # of that one, outward, of any length
+
+
 class _Path:
     """One ray at one number of bits."""
 
@@ -229,8 +244,10 @@ class _Path:
         self.scene, self.bits, self.shake = scene, bits, shake
         self.lenses = [Placed(lens) for lens in scene.lenses]
         self.events = 0
-        self.inside: int | None = None  # number of the lens whose solid it travels in
-        self.on: int | None = None  # number of the lens on whose surface it starts, exactly
+        self.is_screen = picture_stops(scene)
+        self.rank = {number: place for place, number in enumerate(scene.by_priority())}
+        self.inside: frozenset[int] = frozenset()  # numbers of the lenses whose solids it travels in
+        self.on: frozenset[int] = frozenset()  # and of those on whose surfaces it starts, exactly
 
     def start(self, origin: Vector, direction: Vector) -> None:
         self.origin, self.direction = origin, direction
@@ -243,49 +260,104 @@ class _Path:
                 slope = dot(lens.normal(at.slopes), direction)
                 if contains_zero(slope):
                     raise UndecidableError("the ray starts on a surface and along it")
-                self.on = number
-                self.inside = number if slope < 0 else self.inside
+                self.on |= {number}
+                self.inside |= {number} if slope < 0 else set()
             elif contains_zero(at.value):
                 raise UndecidableError("the ray starts on a surface, or beside it")
             elif at.value < 0:
-                self.inside = number
+                self.inside |= {number}
 
     def followed(self) -> Proof:
         """Follow the ray to its end."""
         while True:
-            met = self._next_surface()
+            met = self._next_surfaces()
+            if self.is_screen and self._meets_picture(met):
+                return self._landed()
             if met is None:
                 return self._landed()
+            behind = self.inside ^ met.lenses
+            before, after = self._medium(self.inside), self._medium(behind)
+            if before == after:  # within one medium there is no event
+                self.origin, self.on, self.inside = met.point, met.lenses, behind
+                continue
             if self.events >= self.scene.numerics.max_events:
                 return self._ended(RayStatus.TRAPPED)
-            if self.scene.blocks(met[0]):
+            if any(number is not None and self.scene.blocks(number) for number in (before, after)):
                 self.events += 1
                 return self._ended(RayStatus.BLOCKED)
-            if not self._bent(*met):
+            if not self._bent(met, before, after):
                 return self._ended(RayStatus.TOTAL_REFLECTION)
             if self.shake is not None:
                 self.direction = unit(plus(self.direction, vector(self.shake(self.events - 1)[1])))
 
-    def _next_surface(self) -> tuple[int, Vector, Vector] | None:
-        """Return the next lens, the local point and the world's normal there; None where there is none."""
+    def _medium(self, inside: frozenset[int]) -> int | None:
+        """Return the lens that is the medium where some solids overlap; None around all lenses."""
+        return max(inside, key=self.rank.__getitem__, default=None)
+
+    def _index(self, medium: int | None) -> float:
+        return self.scene.n_medium if medium is None else self.scene.lenses[medium].n
+
+    def _next_surfaces(self) -> _Met | None:
+        """Return what is met next: one surface, or those that are in contact there; None where there is none."""
         found: list[tuple[arb, int, Vector]] = []
         for number, lens in enumerate(self.lenses):
-            if self.inside not in (None, number):
-                continue
             place = lens.crossing(
-                self.origin, self.direction, self.bits, departs=self.on == number, inside=self.inside == number
+                self.origin, self.direction, self.bits, departs=number in self.on, inside=number in self.inside
             )
             if place is not None:
                 found.append((place[0], number, place[1]))
-        if not found:
-            if self.inside is not None:
+            elif number in self.inside:
                 raise UndecidableError("the ray is inside a solid and meets no surface of it")
+        if not found:
             return None
-        nearest = reduce(lambda a, b: a if a[0] < b[0] else b, found)
-        if any(not (nearest[0] < other[0]) for other in found if other is not nearest):
-            raise UndecidableError("two lenses are met at the same place")
-        _, number, local = nearest
-        return number, local, self._normal(number, local)
+        nearest = reduce(lambda a, b: b if b[0] < a[0] else a, found)
+        number, local = nearest[1:]
+        point, normal = self.lenses[number].point_to_world(local), self._normal(number, local)
+        lenses = {number}
+        for t, other, its_local in found:
+            if other != number and self._touches(t - nearest[0], normal, self._normal(other, its_local), number, point):
+                lenses.add(other)
+        return _Met(frozenset(lenses), number, nearest[0], point, normal)
+
+    def _meets_picture(self, met: _Met | None) -> bool:
+        """Say whether the ray meets the picture before what it meets next, or on a face that lies on the picture."""
+        place = self._on_plane()
+        if place is None:
+            return False
+        distance, s, t = place
+        if distance < 0 or any(x < 0 or x >= 1 for x in (s, t)):
+            return False
+        if met is not None and distance > met.t:
+            picture = self.scene.picture
+            normal = cross(vector(picture.right), vector(picture.down))
+            if not self._touches(distance - met.t, met.normal, normal, met.nearest, met.point):
+                return False
+        if not distance > 0:
+            raise UndecidableError("the ray starts on the picture's plane")
+        if not all(x >= 0 and x < 1 for x in (s, t)) and met is not None:
+            raise UndecidableError("the ray meets an edge of the picture")
+        if met is not None and not distance < met.t:
+            picture = self.scene.picture
+            normal = cross(vector(picture.right), vector(picture.down))
+            self._touches(distance - met.t, met.normal, normal, met.nearest, met.point)  # or raises
+        return True
+
+    def _touches(self, apart: arb, normal: Vector, other: Vector, number: int, point: Vector) -> bool:
+        """Say whether a surface that is met so much later is in contact with the nearest.
+
+        Scenes are written in float64, so faces that are meant to coincide may be apart by roundings of their numbers.
+        """
+        size = abs(dot(point, point)).sqrt() + self.lenses[number].size
+        cosine = abs(dot(self.direction, normal)) / dot(normal, normal).sqrt()
+        gap = abs(apart) * cosine
+        if gap > _GAP * size:
+            return False
+        if not gap < _CONTACT * size:
+            raise UndecidableError("two surfaces are met at places that are neither in contact nor apart")
+        across = cross(normal, other)
+        if not dot(across, across) < _PARALLEL**2 * dot(normal, normal) * dot(other, other):
+            raise UndecidableError("the ray meets an edge that two solids share")
+        return True
 
     def _normal(self, number: int, local: Vector) -> Vector:
         lens = self.lenses[number]
@@ -293,14 +365,13 @@ class _Path:
             local = plus(local, lens.vector_to_local(vector(self.shake(self.events)[0])))
         return lens.normal(lens.at(local).slopes)
 
-    def _bent(self, number: int, local: Vector, normal: Vector) -> bool:
-        """Go through the surface; False where the ray ends in total reflection."""
+    def _bent(self, met: _Met, before: int | None, after: int | None) -> bool:
+        """Go through the surface between two media; False where the ray ends in total reflection."""
         from flint import arb
 
-        leaves = self.inside is not None
-        n_lens, n_medium = arb(self.scene.lenses[number].n), arb(self.scene.n_medium)
-        eta = n_lens / n_medium if leaves else n_medium / n_lens
-        against = unit(times(arb(-1) if leaves else arb(1), normal))
+        n_before, n_after = self._index(before), self._index(after)
+        eta = arb(n_before) / arb(n_after)
+        against = unit(times(arb(-1) if met.nearest in self.inside else arb(1), met.normal))
         cosine = -dot(self.direction, against)
         if not all(each.rad() < _NORMAL for each in against):
             raise UndecidableError(
@@ -308,15 +379,15 @@ class _Path:
             )
         if not cosine > 0:
             raise UndecidableError("the ray grazes the surface")
-        self.origin, self.on = self.lenses[number].point_to_world(local), number
+        self.origin, self.on = met.point, met.lenses
         self.events += 1
         behind = 1 - eta**2 * (1 - cosine**2)
-        if self.scene.lenses[number].n == self.scene.n_medium:
-            self.inside = None if leaves else number
+        if n_before == n_after:
+            self.inside ^= met.lenses
         elif behind > 0:
             turned = times(eta * cosine - behind.sqrt(), against)
             self.direction = plus(times(eta, self.direction), turned)
-            self.inside = None if leaves else number
+            self.inside ^= met.lenses
         elif behind < 0:
             if self.scene.effects.total_reflection == "end":
                 return False
@@ -326,24 +397,13 @@ class _Path:
         return True
 
     def _landed(self) -> Proof:
-        picture = self.scene.picture
-        right, down = vector(picture.right), vector(picture.down)
-        normal = cross(right, down)
-        toward = minus(vector(picture.corner), self.origin)
-        falls = dot(normal, self.direction)
-        if falls.is_zero():
+        place = self._on_plane()
+        if place is None:
             return self._ended(RayStatus.BEHIND)
-        if contains_zero(falls):
-            raise UndecidableError("the ray is parallel to the picture, or nearly so")
-        distance = dot(normal, toward) / falls
+        distance, s, t = place
         if contains_zero(distance):
             raise UndecidableError("the ray starts on the picture's plane")
-        if distance < 0:
-            return self._ended(RayStatus.BEHIND)
-        point = minus(times(distance, self.direction), toward)
-        square = dot(normal, normal)
-        s, t = dot(cross(point, down), normal) / square, dot(cross(right, point), normal) / square
-        if abs(s) > _FARTHEST or abs(t) > _FARTHEST:
+        if distance < 0 or abs(s) > _FARTHEST or abs(t) > _FARTHEST:
             return self._ended(RayStatus.BEHIND)
         radius = max(float(each.rad().upper()) for each in (s, t)) * (1 + 2.0**-50)
         status = RayStatus.PICTURE if all(x >= 0 and x < 1 for x in (s, t)) else RayStatus.OFF_PICTURE
@@ -353,6 +413,22 @@ class _Path:
                 reason="the ray lands on an edge of the picture",
             )  # fmt: skip
         return Proof(status=status, events=self.events, st=(s, t), radius=radius, bits=self.bits)
+
+    def _on_plane(self) -> tuple[arb, arb, arb] | None:
+        """Return the distance of the picture's plane along the ray, and s and t there; None where it is parallel."""
+        picture = self.scene.picture
+        right, down = vector(picture.right), vector(picture.down)
+        normal = cross(right, down)
+        toward = minus(vector(picture.corner), self.origin)
+        falls = dot(normal, self.direction)
+        if falls.is_zero():
+            return None
+        if contains_zero(falls):
+            raise UndecidableError("the ray is parallel to the picture, or nearly so")
+        distance = dot(normal, toward) / falls
+        point = minus(times(distance, self.direction), toward)
+        square = dot(normal, normal)
+        return distance, dot(cross(point, down), normal) / square, dot(cross(right, point), normal) / square
 
     def _ended(self, status: RayStatus) -> Proof:
         return Proof(status=status, events=self.events, st=None, radius=0.0, bits=self.bits)

@@ -38,6 +38,14 @@ class Placed:
             (arb(low) - margin * (arb(high) - low), arb(high) + margin * (arb(high) - low)) for low, high in box
         ]
 
+    @property
+    def size(self) -> arb:
+        """Half the diagonal of the box in the world, at most."""
+        from flint import arb
+
+        half = [(high - low) / 2 * abs(by) for (low, high), by in zip(self.box, self.stretch, strict=True)]
+        return sum((each**2 for each in half), arb(0)).sqrt()
+
     def vector_to_local(self, v: Vector) -> Vector:
         """Take a direction to the lens's own space; its length changes so that t does not."""
         for turn in reversed(self.turns):

@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lenscl.config import Effects, Lens, Needs, Scene, Study
-from lenscl.effects import EFFECTS, Effect, Fact, Value, Variant
+from lenscl.effects import EFFECTS, NESTED, Effect, Fact, Value, Variant
 from lenscl.errors import StudyError
+from lenscl.tracing.apart import reaches, touching
 from lenscl.tracing.reach import reached
 from lenscl.tracing.start import locate
 
@@ -95,13 +96,15 @@ def reach_of(scene: Scene, *, rays_given: bool = False) -> dict[int, str]:
 
 
 def _reach(scene: Scene, rays_given: bool) -> dict[int, str]:
+    every = range(len(scene.lenses))
     if rays_given:
-        return dict.fromkeys(range(len(scene.lenses)), "rays may start anywhere")
+        return dict.fromkeys(every, "rays may start anywhere")
+    if touching(scene.lenses, every):
+        return dict.fromkeys(every, "some solids may touch or overlap, and what those do to rays is not bounded")
     if scene.effects["total_reflection"] == "end":
         return reached(scene, ())
     at_each = (scene, *(scene.layers() if scene.wavelengths else ()))
-    numbers = range(len(scene.lenses))
-    return reached(scene, [i for i in numbers if any(_reflects(one, [i], rays_given).holds for one in at_each)])
+    return reached(scene, [i for i in every if any(_reflects(one, [i], rays_given).holds for one in at_each)])
 
 
 def _found(finder: _Finder, scene: Scene, lenses: Collection[int], rays_given: bool) -> Finding:
@@ -131,7 +134,10 @@ def study_needs(study: Study) -> Needs:
     if study.point_count() > _MOST_POINTS:
         every = range(len(study.scene.lenses))
         is_one = all(key.startswith(_HARMLESS_TO_FACTS) for key in study.axes)
-        undecided = frozenset(_FINDERS) - (frozenset() if _ENVIRONMENT in study.axes else _OF_THE_ENVIRONMENT)
+        # Each point says for itself whether its solids are apart: there are two kernels at most
+        undecided = (
+            frozenset(_FINDERS) - {NESTED} - (frozenset() if _ENVIRONMENT in study.axes else _OF_THE_ENVIRONMENT)
+        )
         facts = _holding(_findings(study.scene, every, False)) if is_one else undecided
         return found | Needs(facts=facts, lenses=frozenset(every))
     found = Needs()
@@ -201,6 +207,10 @@ def _reflects(scene: Scene, lenses: Collection[int], rays_given: bool) -> Findin
     """Return whether a surface may reflect totally."""
     if scene.numerics.snell == "paraxial":
         return Finding(holds=False, why="the paraxial rule never reflects totally")
+    if touching(scene.lenses, lenses):
+        alike = len({scene.n_medium, *(scene.lenses[number].n for number in lenses)}) == 1
+        why = "all indices are the same" if alike else "solids may touch or overlap, of unlike index"
+        return Finding(holds=not alike, why=why)
     reasons: list[str] = []
     for number in lenses:
         lens, key = scene.lenses[number], scene.lens_key(number)
@@ -248,10 +258,48 @@ def _shows(scene: Scene, holds: bool, what: str) -> Finding:
     return Finding(holds=holds, why=f"effects.environment is {'' if holds else 'not '}{what}")
 
 
+def stopping(scene: Scene) -> Finding:
+    """Return whether the picture stops light, and why: where it lies on or in a solid, or was told to.
+
+    Raises
+    ------
+    StudyError
+        If it lies on or in a solid, and was told not to.
+    """
+    asked, picture = scene.picture.stops, scene.picture
+    on = [
+        scene.lens_key(number)
+        for number, lens in enumerate(scene.lenses)
+        if reaches(lens, picture.corner, picture.right, picture.down)
+    ]
+    if asked is True:
+        return Finding(holds=True, why="picture.stops is true")
+    if not on:
+        return Finding(holds=False, why="picture.stops is false" if asked is False else "no solid reaches the picture")
+    if asked is False:
+        raise StudyError(
+            [
+                f"picture.stops: the picture may lie on or in {on[0]}, where a last straight leg has no meaning; "
+                'use "auto" or true, or move one away'
+            ]
+        )
+    return Finding(holds=True, why=f"{on[0]} may reach the picture")
+
+
+def _nested(scene: Scene, lenses: Collection[int], _: bool) -> Finding:
+    pairs = touching(scene.lenses, lenses)
+    if not pairs:
+        return Finding(holds=False, why="all solids are proved apart" if len(lenses) > 1 else "there is one solid")
+    (first, second), more = (scene.lens_key(number) for number in pairs[0]), len(pairs) - 1
+    others = f", and {more} more pair{'s' if more > 1 else ''}" if more else ""
+    return Finding(holds=True, why=f"{first} and {second} are not proved apart{others}")
+
+
 _FINDERS: Mapping[Fact, _Finder] = {
     "a lens is opaque": _opaque,
     "a lens absorbs": _absorbs,
     "total reflection is possible": _reflects,
     "the environment is the picture": _shows_the_picture,
     "the environment is an image": _shows_an_image,
+    NESTED: _nested,
 }

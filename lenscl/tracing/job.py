@@ -24,7 +24,7 @@ from lenscl.tracing.memory import hold
 from lenscl.tracing.numbers import index_numbers, scene_numbers
 from lenscl.tracing.parking import Parking
 from lenscl.tracing.raymap import RayPaths
-from lenscl.tracing.start import locate
+from lenscl.tracing.start import locate, locate_sets
 from lenscl.tracing.structure import check_steps, chosen_device, structure_of
 
 _TILE_PIXELS = 2**20  # about 19 MB of buffers in double; the most that kernels/film.cl allows
@@ -281,7 +281,11 @@ def decided_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float6
 
 def given_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
     """Return the ends of given rays as they were traced first; what was left undecided is so still."""
-    inside, on = locate(job.scene, points)
+    inside, on = (
+        (each.astype(job.dtype) for each in locate_sets(job.scene, points))
+        if job.source.structure.nests
+        else locate(job.scene, points)
+    )
     ends = job.empty_ends(len(points))
     for first in range(0, len(points), job.tile_pixels):
         part = slice(first, first + job.tile_pixels)

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from lenscl.codegen import EMPTY, KernelSource
 from lenscl.config import Film, Picture, Scene
 from lenscl.lenses import Vec3
+from lenscl.tracing.blur import blur_of, screen_blur
 from lenscl.tracing.placement import Placement
-from lenscl.tracing.start import locate
+from lenscl.tracing.start import locate, locate_sets
 
 # Scene units; where a polished root of `march` stops moving
 TOLERANCE = {"single": 1e-6, "double": 1e-13, "mixed": 1e-13}
@@ -25,12 +26,16 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
         "film.column_step": np.asarray(scene.film.right, dtype=np.float64) / scene.film.columns,
         "film.row_step": np.asarray(scene.film.down, dtype=np.float64) / scene.film.rows,
     }
-    values |= _prefixed("source", _source(scene, source.structure.rays))
+    values |= _prefixed("source", _source(scene, source.structure.rays, bool(source.structure.nests)))
     values |= _prefixed("picture", picture_numbers(scene))
+    if source.structure.stops:
+        values["picture.blur"] = screen_blur(_reach(scene), source.structure.carried)
     values |= _prefixed("method", _method(scene, source.structure.reads()))
     for number in source.structure.lenses:
         lens = scene.lenses[number]
         values |= _prefixed(f"lens_{number}", Placement.of(lens).numbers())
+        if source.structure.nests:
+            values |= _prefixed(f"lens_{number}", blur_of(lens, _reach(scene), source.structure.carried))
         values |= {f"lens_{number}.{name}": getattr(lens, name) for name, _ in source.structure.lens_reads}
         values |= _prefixed(f"shape_{number}", source.shape_values(number, lens.values))
     return values | index_numbers(scene, source)
@@ -72,12 +77,12 @@ def _cross(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
-def _source(scene: Scene, rays: str) -> Mapping[str, ArrayLike]:
+def _source(scene: Scene, rays: str, is_nested: bool) -> Mapping[str, ArrayLike]:
     if rays == "given":
         return {EMPTY.name: 0.0}
     if rays == "point":
         at = np.asarray(scene.source.at, dtype=np.float64)
-        inside, on = locate(scene, at[None, :])
+        inside, on = (locate_sets if is_nested else locate)(scene, at[None, :])
         return {"at": at, "inside": inside[0], "on": on[0]}
     direction, plane = parallel_source(scene)
     return {"direction": direction, "plane": plane}
@@ -88,6 +93,12 @@ def parallel_source(scene: Scene) -> tuple[NDArray[np.float64], float]:
     direction = np.asarray(scene.source.direction, dtype=np.float64)
     direction = direction / np.linalg.norm(direction)
     return direction, float((_extent(scene) @ direction).min())
+
+
+def _reach(scene: Scene) -> float:
+    """Return how far anything of a scene is from the world's origin, at most."""
+    points = [_extent(scene)] if scene.source.at is None else [_extent(scene), np.array([scene.source.at])]
+    return float(np.linalg.norm(np.concatenate(points), axis=1).max())
 
 
 def _extent(scene: Scene) -> NDArray[np.float64]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,6 +35,32 @@ def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int8],
     inside = np.full(len(points), _NOWHERE, dtype=np.int8)
     on = np.full(len(points), _NOWHERE, dtype=np.int8)
     unknown = on.copy()
+    for number, touches, is_inside, is_unknown in _sides(scene, points):
+        on[touches] = inside[is_inside] = number
+        unknown[is_unknown] = number
+    untold = unknown != _NOWHERE
+    inside[untold] = on[untold] = unknown[untold]
+    return inside, on
+
+
+def locate_sets(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the sets of lenses that each point lies in, and on the surfaces of which it lies.
+
+    A set is a whole number that has a bit for each lens, in the order of priority, lowest first: `Scene.by_priority`.
+    Else as for `locate`.
+    """
+    inside, on = np.zeros((2, len(points)), dtype=np.int64)
+    bits = {number: 1 << place for place, number in enumerate(scene.by_priority())}
+    for number, touches, is_inside, is_unknown in _sides(scene, points):
+        on[np.union1d(touches, is_unknown)] |= bits[number]
+        inside[np.union1d(is_inside, is_unknown)] |= bits[number]
+    return inside, on
+
+
+def _sides(
+    scene: Scene, points: NDArray[np.float64]
+) -> Iterator[tuple[int, NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]]:
+    """Yield lenses, by number, with the points that lie on each one's surface, inside it, and neither is known of."""
     for number, lens in enumerate(scene.lenses):
         placement = Placement.of(lens)
         local = placement.local(points)
@@ -50,7 +78,7 @@ def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int8],
             bound = rounding + sum(np.abs(slope) * moved[:, axis] for axis, slope in enumerate(slopes))
         bound = np.where(np.isfinite(bound), bound, rounding)
 
-        touches, is_inside = np.abs(f) <= bound, f < 0.0
+        touches, is_inside, untold = np.abs(f) <= bound, f < 0.0, np.zeros(0, np.intp)
 
         # Where F's rounding is not known its bounds about the point may tell the sign: max(known, log(0)) has one
         unsure = np.flatnonzero(np.isinf(rounding))
@@ -62,10 +90,5 @@ def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int8],
             fixed = {name: (value, value) for name, value in lens.values.items()}
             low, high = bounds(lens.surface.expression, {**fixed, **about})
             touches[unsure], is_inside[unsure] = (low <= 0.0) & (high >= 0.0), high < 0.0
-            untold = touches[unsure] & (np.isnan(f[unsure]) | np.isinf(low) | np.isinf(high))
-            unknown[near[unsure[untold]]] = number
-        on[near[touches]] = number
-        inside[near[is_inside & ~touches]] = number
-    is_unknown = unknown != _NOWHERE
-    inside[is_unknown] = on[is_unknown] = unknown[is_unknown]
-    return inside, on
+            untold = unsure[touches[unsure] & (np.isnan(f[unsure]) | np.isinf(low) | np.isinf(high))]
+        yield number, near[touches], near[is_inside & ~touches], near[untold]

@@ -11,12 +11,14 @@ from lenscl import codegen, device, effects, methods
 from lenscl.codegen import Structure
 from lenscl.config import Scene
 from lenscl.device import Device
+from lenscl.effects import NESTED
 from lenscl.errors import StudyError, TraceError
 from lenscl.methods import Method
-from lenscl.tracing.called import needs_of
+from lenscl.tracing.called import needs_of, stopping
 from lenscl.tracing.parking import can_park
 from lenscl.tracing.placement import Placement
 
+MOST_NESTED = 24  # lenses in a set: a set is a whole number that single precision holds
 _MARCH_STEPS = 10**6  # steps through a lens's box beyond which `march` would never come home
 
 
@@ -67,7 +69,7 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
         )
     width = chosen.width(codegen.carried(numerics.precision))
     needs, searched = needs_of(scene, rays_given=rays == "given"), methods_of(scene)
-    reached = sorted(needs.lenses)
+    reached, stops = sorted(needs.lenses), stopping(scene).holds
     return Structure(
         lenses={number: scene.lenses[number].surface for number in reached},
         rays=rays,
@@ -80,7 +82,27 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
         run=chosen.run,
         parks=can_park(chosen, width),
         source=scene.source.kind,
+        nests=_nests(scene) if NESTED in needs.facts or stops else (),
+        stops=stops,
     )
+
+
+def _nests(scene: Scene) -> tuple[int, ...]:
+    """Return the lenses, lowest priority first.
+
+    Raises
+    ------
+    StudyError
+        If there are more than a set holds.
+    """
+    if len(scene.lenses) > MOST_NESTED:
+        raise StudyError(
+            [
+                f"lens: {len(scene.lenses)} lenses, of which some may touch or overlap; where they do, there may be "
+                f"{MOST_NESTED} at most: `lenscl explain` names those that are not proved apart"
+            ]
+        )
+    return scene.by_priority()
 
 
 def check_steps(scene: Scene, structure: Structure) -> None:
