@@ -24,15 +24,18 @@ from lenscl.effects.registry import (
     Variant,
     called,
 )
-from lenscl.effects.wavelengths import BAND, RGB_LINES, wavelengths_of
+from lenscl.effects.wavelengths import BAND, LISTED, RGB_LINES, VISIBLE, WAVELENGTH_LIMITS, is_seen, wavelengths_of
 
 __all__ = [
     "BAND",
     "EDGE_SAMPLES",
     "EFFECTS",
+    "LISTED",
     "MOST_SAMPLES",
     "RGB_LINES",
     "TOTAL",
+    "VISIBLE",
+    "WAVELENGTH_LIMITS",
     "Effect",
     "Fact",
     "Hook",
@@ -40,5 +43,6 @@ __all__ = [
     "Value",
     "Variant",
     "called",
+    "is_seen",
     "wavelengths_of",
 ]
