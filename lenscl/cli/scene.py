@@ -97,8 +97,7 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
     from lenscl.imaging import error_in_file, refuse_wavelengths, write_map
 
     study = open_study(study_path, overrides)
-    if study.scene.wavelengths:
-        refuse_wavelengths(output)
+    refuse_wavelengths(output, study.scene.wavelengths)
     raymap, achieved = _trace(study, study.images)
     error = None
     if with_error:
@@ -161,10 +160,11 @@ def _bounded(raymap: RayMap, error: NDArray[np.float64], pixels: int) -> str:
 
 def _render(study: Study, image: Path, output: Path) -> bool:
     """Paint an image and report on it; return whether some self-checks failed."""
-    from lenscl.imaging import painter_of, read_picture, write_image
+    from lenscl.imaging import painter_of, read_picture, refuse_unseen, write_image
     from lenscl.sweep import paint_as_told
     from lenscl.version import program_version
 
+    refuse_unseen(study.scene.wavelengths)
     picture = read_picture(image)
     raymap, achieved = _trace(study, [*study.images, image])
     painted, encoding = paint_as_told(painter_of(raymap), picture, study.scene, output.suffix.lower()[1:])

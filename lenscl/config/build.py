@@ -12,8 +12,9 @@ from functools import lru_cache
 from typing import Any, Literal, TypeVar, cast
 
 from pydantic import ValidationError
+from pydantic_core import PydanticCustomError
 
-from lenscl.config.checks import LONGEST, SHORTEST, Box, Vec3
+from lenscl.config.checks import LONGEST, SHORTEST, Box, Vec3, check_wavelengths
 from lenscl.config.problems import (
     MOST_PROBLEMS,
     as_plain,
@@ -213,15 +214,23 @@ def _read_effects(document: Mapping[str, Any], report: Report) -> Effects:
         if key == ENVIRONMENT:
             continue
         if key in EFFECTS:
-            choices, numbers = EFFECTS[key].choices, EFFECTS[key].numbers
+            choices, numbers, listed = EFFECTS[key].choices, EFFECTS[key].numbers, EFFECTS[key].listed
             value = _counted(value) if numbers else value
-            if not EFFECTS[key].takes(value):
+            if listed and isinstance(value, list | tuple):
+                try:
+                    asked[key] = check_wavelengths(value)
+                except PydanticCustomError as error:
+                    report(f"effects.{key}: {error.message()}")
+            elif not EFFECTS[key].takes(value):
                 words = [choice for choice in choices if isinstance(choice, str)]
                 hint = nearest(value, words) if isinstance(value, str) and words else ""
-                listed = " or ".join(short(choice) for choice in choices)
-                listed += f" or a whole number from {numbers[0]} to {numbers[1]}" if numbers else ""
+                says = " or ".join(short(choice) for choice in choices)
+                says += f" or a whole number from {numbers[0]} to {numbers[1]}" if numbers else ""
+                says += f" or a rising list of {listed[0]} to {listed[1]} wavelengths in nm" if listed else ""
                 hint = hint if "did you mean" in hint else ""
-                report(f"effects.{key}: must be {listed}, got {short(value)}{hint}")
+                if listed and isinstance(value, float):
+                    hint = f"; a single wavelength is a list, too, [{short(value)}]"
+                report(f"effects.{key}: must be {says}, got {short(value)}{hint}")
             else:
                 asked[key] = value
         else:

@@ -14,10 +14,14 @@ from pydantic import PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from lenscl.config.accuracy import Accuracy
-from lenscl.config.problems import as_plain, nearest, short
+from lenscl.config.problems import PARTS, as_plain, nearest, short, unknown_key
+from lenscl.effects import LISTED, WAVELENGTH_LIMITS
 from lenscl.errors import StudyError
 from lenscl.materials import (
+    ALIASES,
     CATALOGUE,
+    HIGHEST_N,
+    Abbe,
     Cauchy,
     Constant,
     Index,
@@ -43,6 +47,11 @@ Box = tuple[Vec3, Vec3]
 def wrong(what: str) -> PydanticCustomError:
     """Return the error of one value; its key is added by the table it stands in."""
     return PydanticCustomError("study", "{what}", {"what": what})
+
+
+def wrong_parts(problems: list[str]) -> PydanticCustomError:
+    """Return the errors of a table that stands as a value; each is led by its key in that table."""
+    return PydanticCustomError(PARTS, "{problems}", {"problems": problems})
 
 
 def _as_number(value: Any) -> str:
@@ -203,6 +212,16 @@ def check_accuracy(value: Any) -> Accuracy:
     return accuracy
 
 
+def check_wavelengths(value: Any) -> tuple[float, ...]:
+    """Return wavelengths in nm, each longer than the one before."""
+    low, high = WAVELENGTH_LIMITS
+    found = Numbers(*LISTED, _WAVELENGTHS, Number(low, high))(value)
+    for place, (before, after) in enumerate(pairwise(found), start=2):
+        if not after > before:
+            raise wrong(f"must be {_WAVELENGTHS}; the value at place {place} does not rise, {after:g} after {before:g}")
+    return found
+
+
 def check_index(value: Any) -> Material:
     """Return the material that a number, a catalogue name or a dispersion formula stands for."""
     value = as_plain(value)
@@ -220,13 +239,32 @@ def check_index(value: Any) -> Material:
 
 
 def _formula(value: dict[str, Any]) -> Index:
-    """Return the dispersion formula of a table with exactly one of its three keys."""
+    """Return the dispersion formula of a table with exactly one of its three keys, or with nd and vd."""
+    if any(str(key).casefold() in _ABBE for key in value) and not any(key in _FORMULAS for key in value):
+        return _abbe(value)
     if len(value) != 1 or next(iter(value)) not in _FORMULAS:
-        formulas = "{ sellmeier = [...] }, { cauchy = [...] } or { table = [[nm, n], ...] }"
+        formulas = "{ nd = ..., vd = ... }, { sellmeier = [...] }, { cauchy = [...] } or { table = [[nm, n], ...] }"
         keys = ", ".join(short(key) for key in list(value)[:4]) or "no keys"
         raise wrong(f"must be a number, a material's name, {formulas}, got a table with {keys}")
     kind, numbers = next(iter(value.items()))
     return _FORMULAS[kind](as_plain(numbers))
+
+
+def _abbe(table: dict[str, Any]) -> Index:
+    """Return the index of { nd = ..., vd = ... }; every fault of the two keys is told of, not the first alone."""
+    problems = [unknown_key("", key, _ABBE) for key in table if key not in _ABBE]
+    found: dict[str, float] = {}
+    for key, check in _ABBE.items():
+        if key not in table:
+            problems.append(f"{key}: is required; an index at the d line and an Abbe number are written {_BOTH}")
+            continue
+        try:
+            found[key] = check(table[key])
+        except PydanticCustomError as error:
+            problems.append(f"{key}: {error.message()}")
+    if problems:
+        raise wrong_parts(problems)
+    return Abbe(**found)
 
 
 def _sellmeier(numbers: Any) -> Index:
@@ -252,6 +290,12 @@ def _table(rows: Any) -> Index:
 
 
 _FORMULAS: dict[str, Callable[[Any], Index]] = {"sellmeier": _sellmeier, "cauchy": _cauchy, "table": _table}
+_ABBE = {
+    "nd": Number(low=1.0, high=HIGHEST_N, what="a refractive index at the d line, a number from 1"),
+    "vd": Number(above=0.0, what="an Abbe number, positive"),
+}
+_BOTH = "{ nd = 1.5168, vd = 64.17 }"
+_WAVELENGTHS = f"a rising list of {LISTED[0]} to {LISTED[1]} wavelengths in nm"
 _VECTOR = Numbers(3, 3, "three numbers [x, y, z]")
 
 _NUMBERS_SCHEMA: dict[str, Any] = {"type": "array", "items": {"type": "number"}}
@@ -259,7 +303,7 @@ VEC3_SCHEMA = {**_NUMBERS_SCHEMA, "minItems": 3, "maxItems": 3}
 INDEX_SCHEMA: dict[str, Any] = {
     "anyOf": [
         {"type": "number", "exclusiveMinimum": 0},
-        {"type": "string", "examples": list(CATALOGUE)},
+        {"type": "string", "examples": [*CATALOGUE, *ALIASES]},
         *(
             {
                 "type": "object",
@@ -269,6 +313,15 @@ INDEX_SCHEMA: dict[str, Any] = {
             }
             for kind in _FORMULAS
         ),
+        {
+            "type": "object",
+            "properties": {
+                "nd": {"type": "number", "minimum": 1, "maximum": HIGHEST_N},
+                "vd": {"type": "number", "exclusiveMinimum": 0},
+            },
+            "required": list(_ABBE),
+            "additionalProperties": False,
+        },
     ]
 }
 

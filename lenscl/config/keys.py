@@ -12,11 +12,12 @@ from lenscl.config.tables import ENVIRONMENT, SCENE_TABLES
 from lenscl.effects import EFFECTS
 from lenscl.lenses import catalogue
 
-_AXES = {"x": 0, "y": 1, "z": 2}
-_SIDES = {"columns": 0, "rows": 1}
-_COMPONENTS: dict[str, dict[str, int]] = {
+_AXES: dict[str, int | str] = {"x": 0, "y": 1, "z": 2}
+_SIDES: dict[str, int | str] = {"columns": 0, "rows": 1}
+_COMPONENTS: dict[str, dict[str, int | str]] = {
     **dict.fromkeys(("at", "direction", "corner", "centre", "right", "down", "stretch", "rotate"), _AXES),
     "size": _SIDES,
+    "n": {"nd": "nd", "vd": "vd"},  # of an index that is written as a table of the two
 }
 _LENS_KEYS = ("centre", "stretch", "rotate", "n", "absorption", "absorbs", "priority")
 _NEVER_SWEPT = ("lens.name", "picture.images")
@@ -34,14 +35,14 @@ _RIVALS = {
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a key points: a table of the document, a key of it, and a component of a list or None."""
+    """Where a key points: a table of the document, a key of it, and a component of a list or a table there, or None."""
 
     table: dict[str, Any]
     key: str
-    component: int | None
+    component: int | str | None
 
     @property
-    def identity(self) -> tuple[int, str, int | None]:
+    def identity(self) -> tuple[int, str, int | str | None]:
         """Equal for two spellings of one place."""
         return id(self.table), self.key, self.component
 
@@ -83,9 +84,15 @@ def _add(found: dict[str, Place], prefix: str, table: dict[str, Any], keys: list
     for key in keys:
         found[f"{prefix}.{key}"] = Place(table, key, None)
         for component, index in _COMPONENTS.get(key, {}).items():
-            entry = table.get(key)
-            if isinstance(entry, list) and index < len(entry):  # a surface's parameter may have such a name
+            if _has(table.get(key), index):
                 found[f"{prefix}.{key}.{component}"] = Place(table, key, index)
+
+
+def _has(entry: Any, component: int | str) -> bool:
+    """Return whether a value has a component; a surface's parameter may be called like a vector."""
+    if isinstance(component, str):
+        return isinstance(entry, dict) and component in entry
+    return isinstance(entry, list) and component < len(entry)
 
 
 def whole_of(key: str) -> str | None:
@@ -127,6 +134,8 @@ def key_problem(key: str, known: Mapping[str, Place], document: Mapping[str, Any
     if parts[0] == "lens" and len(names) > 1 and len(parts) > 1 and parts[1] not in names:
         listed = ", ".join(str(name) for name in names[:8])
         return f"{key_text(key)}: with several lenses write lens.NAME.{key_text(parts[-1])}; the names are {listed}"
+    if (whole := whole_of(key)) in known and key.rpartition(".")[2] in _COMPONENTS["n"]:
+        return f"{key_text(key)}: {whole} has no such part; write {whole} = {{ nd = ..., vd = ... }} in the file"
     hint = nearest(key, known)
     return f"{key_text(key)}: unknown key{hint if 'did you mean' in hint else '; it must name a value of the scene'}"
 
@@ -142,7 +151,7 @@ def changed(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, A
     problems = []
     known = places(document)
     wholes = {whole_of(key) or key for key in changes}
-    written: dict[tuple[int, str, int | None], str] = {}
+    written: dict[tuple[int, str, int | str | None], str] = {}
     # What decides which other keys there are goes first, components go last
     for key in sorted(changes, key=lambda key: (not key.endswith(_DECIDING), whole_of(key) is not None)):
         problem = _clash(key, known, changes, written) or key_problem(key, known, document)
@@ -168,7 +177,7 @@ def _clash(
     key: str,
     known: Mapping[str, Place],
     changes: Mapping[str, Any],
-    written: Mapping[tuple[int, str, int | None], str],
+    written: Mapping[tuple[int, str, int | str | None], str],
 ) -> str | None:
     """Return why a key cannot be set beside those written before it, under whatever spelling, or None."""
     whole, place = whole_of(key), known.get(key)

@@ -14,6 +14,7 @@ _LONGEST_VALUE = 60  # characters of a value that a message repeats
 _LONGEST_PATH = 400
 _LONGEST_LIST = 8
 _DEEPEST_VALUE = 3
+PARTS = "study_parts"  # the type of an error that has the problems of a table, each led by its key in that
 MOST_PROBLEMS = 100  # a message is for reading: of a hostile file the first hundred faults are enough
 
 
@@ -74,7 +75,7 @@ def unknown_key(at: str, key: str, known: Iterable[str]) -> str:
 def from_pydantic(error: ValidationError, at: str, known: Iterable[str]) -> list[str]:
     """Return the findings of one table, each led by its key."""
     found = []
-    for item in error.errors(include_url=False, include_context=False, include_input=False)[:MOST_PROBLEMS]:
+    for item in error.errors(include_url=False, include_input=False)[:MOST_PROBLEMS]:
         loc = [str(part) for part in item["loc"]]
         where = ".".join([at, *(key_text(part) for part in loc)]) if at else ".".join(loc)
         match item["type"]:
@@ -82,6 +83,8 @@ def from_pydantic(error: ValidationError, at: str, known: Iterable[str]) -> list
                 found.append(unknown_key(".".join([part for part in [at, *loc[:-1]] if part]), loc[-1], known))
             case "missing":
                 found.append(f"{where}: is required")
+            case _ if item["type"] == PARTS:
+                found += [f"{where}.{problem}" for problem in item["ctx"]["problems"]]
             case "model_type" | "dict_type":
                 found.append(f"{where}: must be a table")
             case _:

@@ -292,7 +292,7 @@ class Scene:
             "picture": picture,
             "medium": {"n": _written(self.medium)},
             "lens": [_lens_document(lens) for lens in self.lenses],
-            "effects": dict(self.effects) | self._written_environment(),
+            "effects": {key: _listed(value) for key, value in self.effects.items()} | self._written_environment(),
             "numerics": _numerics_document(self.numerics),
         }
 
@@ -321,6 +321,10 @@ def _at(material: Material, wavelength_nm: float) -> Material:
     what = material.name or "an index"
     source = f"{what} at {wavelength_nm:g} nm: {material.source}"
     return Material(name=None, index=Constant(material.index.at(wavelength_nm)), source=source)
+
+
+def _listed(value: Value) -> Any:
+    return list(value) if isinstance(value, tuple) else value
 
 
 def _written(material: Material) -> Any:

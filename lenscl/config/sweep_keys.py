@@ -21,7 +21,7 @@ def check_keys(sweep: Sweep, scene: Scene, problems: list[str]) -> None:
     parts_of: dict[str | None, list[Place]] = {}
     for name, place in known.items():
         parts_of.setdefault(whole_of(name), []).append(place)
-    seen: dict[tuple[int, str, int | None], str] = {}
+    seen: dict[tuple[int, str, int | str | None], str] = {}
     groups = [("sweep.axes", sweep.axes), *((f"sweep.zip[{i}]", group) for i, group in enumerate(sweep.zips))]
     for at, group in groups:
         for key, _ in group:

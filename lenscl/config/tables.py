@@ -25,7 +25,7 @@ from lenscl.config.checks import (
     Vector,
     Wanted,
 )
-from lenscl.effects import EFFECTS, Effect
+from lenscl.effects import EFFECTS, WAVELENGTH_LIMITS, Effect
 from lenscl.materials import material
 from lenscl.methods import METHODS
 
@@ -221,7 +221,12 @@ def _effect_schema(effect: Effect) -> dict[str, Any]:
     if effect.numbers is None:
         return words
     low, high = effect.numbers
-    return {"anyOf": [words, {"type": "integer", "minimum": low, "maximum": high}]}
+    anyway: list[dict[str, Any]] = [words, {"type": "integer", "minimum": low, "maximum": high}]
+    if effect.listed is not None:
+        (fewest, most), (shortest, longest) = effect.listed, WAVELENGTH_LIMITS
+        each = {"type": "number", "minimum": shortest, "maximum": longest}
+        anyway.append({"type": "array", "items": each, "minItems": fewest, "maxItems": most})
+    return {"anyOf": anyway}
 
 
 def _schema(table: type[Table]) -> dict[str, Any]:

@@ -25,16 +25,19 @@ from lenscl.effects.registry import (
     Variant,
     called,
 )
-from lenscl.effects.wavelengths import BAND, RGB_LINES, wavelengths_of
+from lenscl.effects.wavelengths import BAND, LISTED, RGB_LINES, VISIBLE, WAVELENGTH_LIMITS, is_seen, wavelengths_of
 
 __all__ = [
     "BAND",
     "EDGE_SAMPLES",
     "EFFECTS",
+    "LISTED",
     "MOST_SAMPLES",
     "NESTED",
     "RGB_LINES",
     "TOTAL",
+    "VISIBLE",
+    "WAVELENGTH_LIMITS",
     "Effect",
     "Fact",
     "Hook",
@@ -42,5 +45,6 @@ __all__ = [
     "Value",
     "Variant",
     "called",
+    "is_seen",
     "wavelengths_of",
 ]

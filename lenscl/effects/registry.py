@@ -9,7 +9,7 @@ from typing import Literal, TypeGuard
 
 from lenscl.effects import wavelengths
 
-Value = str | int  # of a key in [effects]; true and false among them
+Value = str | int | tuple[float, ...]  # of a key in [effects]; true and false among them
 MOST_SAMPLES = 16  # rays a film pixel, each way
 EDGE_SAMPLES = 4  # likewise, of the pixels that antialias = "edges" refines
 # What a scene may have or not, on which "auto" depends
@@ -117,7 +117,7 @@ class Effect:
         In `[effects]`.
     model : str
         What it computes, and whose formula that is.
-    default : str, bool or int
+    default : str, bool, int or tuple of float
     variants : mapping
         By the value that asks for them, in the order in which they are called at a surface; none where a value asks
         for nothing in the kernel.
@@ -129,8 +129,10 @@ class Effect:
         What it does beside the kernel, of which it then needs no part; empty where it is all in the kernel.
     numbers : (int, int), optional
         The least and the largest whole number that the key takes beside its words.
+    listed : (int, int), optional
+        The least and the largest length of a list of wavelengths that the key takes beside its words.
     counted : tuple of Variant
-        What such a number asks for.
+        What such a number, or such a list, asks for.
     """
 
     key: str
@@ -141,11 +143,12 @@ class Effect:
     auto: Value | None = None
     beside: str = ""
     numbers: tuple[int, int] | None = None
+    listed: tuple[int, int] | None = None
     counted: tuple[Variant, ...] = ()
 
     @property
     def choices(self) -> tuple[Value, ...]:
-        """The values its key takes, but for numbers."""
+        """The values its key takes, but for numbers and lists."""
         off = (False,) if self.can_be_off else ()
         return (*off, *self.variants, *(("auto",) if self.auto is not None else ()))
 
@@ -162,12 +165,15 @@ class Effect:
         """Return the variants that a value asks for, whatever holds of the scene."""
         if value == "auto" and self.auto is not None:
             value = self.auto
-        return self.counted if _is_number(value) else self.variants.get(value, ())
+        is_counted = _is_number(value) or isinstance(value, tuple)
+        return self.counted if is_counted else self.variants.get(value, ())
 
     def takes(self, value: object) -> bool:
-        """Return whether the key takes a value."""
+        """Return whether the key takes a value; of a list, whether it takes one so long."""
         if _is_number(value):
             return self.numbers is not None and self.numbers[0] <= value <= self.numbers[1]
+        if isinstance(value, tuple):
+            return self.listed is not None and self.listed[0] <= len(value) <= self.listed[1]
         return any(value is choice or (isinstance(choice, str) and value == choice) for choice in self.choices)
 
 
@@ -311,6 +317,7 @@ _ROWS = (
         default=False,
         variants={"rgb": _WAVELENGTHS},
         numbers=(wavelengths.FEWEST, wavelengths.MOST),
+        listed=wavelengths.LISTED,
         counted=_WAVELENGTHS,
     ),
     Effect(

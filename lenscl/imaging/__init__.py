@@ -14,6 +14,7 @@ from lenscl.imaging.maps import error_in_file, refuse_wavelengths, write_map
 from lenscl.imaging.paint import Filter, Painter, paint
 from lenscl.imaging.read import Picture, read_metadata, read_picture, read_size
 from lenscl.imaging.samples import SAMPLES, draw
+from lenscl.imaging.spectrum import refuse_unseen
 from lenscl.imaging.write import formats_of, write_image
 
 __all__ = [
@@ -32,6 +33,7 @@ __all__ = [
     "read_metadata",
     "read_picture",
     "read_size",
+    "refuse_unseen",
     "refuse_wavelengths",
     "write_image",
     "write_map",

@@ -77,19 +77,19 @@ def pixels_from(light: Array, dtype: np.dtype[Any], encoding: Encoding) -> NDArr
     return np.concatenate([encode(light[..., :colours] / share, dtype, encoding), alpha], axis=-1)
 
 
-def mixed(painted: Iterable[NDArray[Any]], matrices: Array) -> Array:
+def mixed(painted: Iterable[NDArray[Any]], matrices: Array, shares: Array) -> Array:
     """Return the sum of pictures in light, each (rows, columns, C), as each wavelength's matrix (3, 3) has it.
 
-    A picture without colour is mixed by luminance. Alpha is the mean. What a matrix takes nothing of is not looked at,
-    so that a NaN or Inf stays in the channels that it reaches.
+    A picture without colour is mixed by luminance. Alpha is the mean, by the wavelengths' shares of the spectrum. What
+    a matrix takes nothing of is not looked at, so that a NaN or Inf stays in the channels that it reaches.
     """
     total: Array | None = None
-    for picture, matrix in zip(painted, matrices, strict=True):
+    for picture, matrix, share in zip(painted, matrices, shares, strict=True):
         channels = picture.shape[-1]
         colours = colours_of(channels)
         weights = np.zeros((channels, channels))
         weights[:colours, :colours] = matrix if colours == 3 else LUMINANCE @ matrix.sum(axis=1)
-        weights[colours:, colours:] = 1.0 / len(matrices)
+        weights[colours:, colours:] = share
         total = np.zeros(picture.shape) if total is None else total
         for to, source in np.argwhere(weights):
             total[..., to] += weights[to, source] * picture[..., source]

@@ -8,10 +8,10 @@ fifth channel `error` holds them, -1 where there is none.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sized
 from os import PathLike
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,8 +82,8 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
         path_length, transmission.R, .G, .B, jacobian.ds_drow, .ds_dcolumn, .dt_drow, .dt_dcolumn (of t, not of G),
         magnification, fold, reflectance, reflected_st.s, .t (of t, not of G), reflected.x, .y, .z. It has one place a
         pixel, and so leaves out the samples; and the irradiance, which is not on the film. A map of several wavelengths
-        is written as `.npz` alone: an ST map says of a pixel one place, not one for each. The seconds are left out. An
-        EXR carries `scene_toml` among its parameters.
+        is written as `.npz` alone: an ST map says of a pixel one place, not one for each. A map of a list of one
+        wavelength is written as either. The seconds are left out. An EXR carries `scene_toml` among its parameters.
     error : float64 array, shape (rows, columns), optional
         Bounds on the error of (s, t), -1 where there is none; in an `.npz` the array `error`. The EXR's channel `error`
         bounds the error of its own numbers: what R and G lose as float32 is added, and it is rounded up.
@@ -95,10 +95,11 @@ def write_map(path: str | PathLike[str], raymap: WritableMap, error: NDArray[np.
     """
     file = Path(path)
     if "wavelengths" in raymap.added:
-        refuse_wavelengths(file)
+        refuse_wavelengths(file, raymap.added["wavelengths"])
     scene_toml: str = raymap.scene.to_toml()
     match file.suffix.lower():
         case ".exr":
+            raymap, error = _alone(raymap, error)
             image = _st_map(raymap)
             further = dict(_channels(_added(raymap)))
             if error is not None:
@@ -120,13 +121,21 @@ def error_in_file(path: str | PathLike[str], raymap: WritableMap, error: NDArray
     return _error_of(_st_map(raymap), raymap, error) if is_st_map else error
 
 
-def refuse_wavelengths(path: str | PathLike[str]) -> None:
+def refuse_wavelengths(path: str | PathLike[str], wavelengths: Sized) -> None:
     """Raise where a map of several wavelengths is to be written as a format that holds one."""
-    if Path(path).suffix.lower() == ".exr":
+    if Path(path).suffix.lower() == ".exr" and len(wavelengths) > 1:
         raise ImageError(
             f"{path}: an ST map holds one wavelength, and effects.dispersion asks for several; write the map as .npz, "
-            "or set effects.dispersion = false for the d line's"
+            "or set effects.dispersion = false for the d line's, or a list of one wavelength"
         )
+
+
+def _alone(raymap: WritableMap, error: NDArray[np.float64] | None) -> tuple[WritableMap, NDArray[np.float64] | None]:
+    """Return a map, and the bounds on its error, without the axis of wavelengths, of which there is one at most."""
+    if "wavelengths" not in raymap.added:
+        return raymap, error
+    (layer,) = cast(Any, raymap).layers()
+    return layer, None if error is None else error[0]
 
 
 def _st_map(raymap: WritableMap) -> NDArray[np.float32]:

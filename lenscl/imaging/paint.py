@@ -33,7 +33,7 @@ from lenscl.imaging.encoding import DTYPES, Encoding, encode_table, encoding_of,
 from lenscl.imaging.light import BITS, PYRAMID, light_head, light_parts, lighten, text_of
 from lenscl.imaging.mean import Means, SampledPixels, parts
 from lenscl.imaging.reflected import Panorama, reflection, shown_by
-from lenscl.imaging.spectrum import spectral_matrices
+from lenscl.imaging.spectrum import refuse_unseen, shares_of, spectral_matrices
 from lenscl.status import RayStatus
 
 Array: TypeAlias = NDArray[np.float64]
@@ -100,9 +100,13 @@ class Painter:
 
     def __init__(self, raymap: PaintableMap) -> None:
         self._environment: str | tuple[float, ...] = getattr(getattr(raymap, "scene", None), "environment", "picture")
-        self._layers = [Painter(layer) for layer in layers_of(raymap)]
-        if self._layers:
-            self._matrices = spectral_matrices(cast(Any, raymap).added["wavelengths"])
+        layers = layers_of(raymap)
+        if layers:
+            wavelengths = cast(Any, raymap).added["wavelengths"]
+            refuse_unseen(wavelengths.tolist())
+            self._matrices, self._shares = spectral_matrices(wavelengths), shares_of(wavelengths)
+        self._layers = [Painter(layer) for layer in layers]
+        if layers:
             return
         self._shape: tuple[int, int] = raymap.status.shape[:2]
         self._double_places = raymap.st.dtype == np.float64
@@ -138,7 +142,7 @@ class Painter:
             ready = layers[0]._ready(light_from(picture, curve), filter_name, "linear", light_from(colour, curve))
             shown = shown_by(self._environment, picture.shape[2], curve)
             lit = (layer._whole(ready) + layer._reflected(ready, shown) for layer in layers)
-            seen = mixed(lit, self._matrices) if self._layers else next(lit).astype(np.float64)
+            seen = mixed(lit, self._matrices, self._shares) if self._layers else next(lit).astype(np.float64)
             painted = pixels_from(seen, picture.dtype, curve)
         else:
             painted = self._whole(self._ready(picture, filter_name, curve, colour))
@@ -294,7 +298,8 @@ def paint(
     Raises
     ------
     StudyError
-        If an argument is not one of those above; the message says which and what is.
+        If an argument is not one of those above, or no wavelength of the map is seen; the message says which and what
+        is.
     TraceError
         If the device has not the memory.
     """

@@ -6,11 +6,14 @@
 
 from __future__ import annotations
 
-from lenscl.materials.catalogue import CATALOGUE, Material, material, material_names, refractive_index
+from lenscl.materials.catalogue import ALIASES, CATALOGUE, Material, material, material_names, refractive_index
 from lenscl.materials.dispersion import (
+    C_LINE,
     D_LINE,
+    F_LINE,
     HIGHEST_N,
     LOWEST_N,
+    Abbe,
     Cauchy,
     Constant,
     Index,
@@ -20,10 +23,14 @@ from lenscl.materials.dispersion import (
 )
 
 __all__ = [
+    "ALIASES",
     "CATALOGUE",
+    "C_LINE",
     "D_LINE",
+    "F_LINE",
     "HIGHEST_N",
     "LOWEST_N",
+    "Abbe",
     "Cauchy",
     "Constant",
     "Index",

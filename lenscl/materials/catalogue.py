@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, overload
 
 from lenscl.errors import StudyError
 from lenscl.materials.dispersion import D_LINE, Constant, Index, Sellmeier, Table
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,11 +30,14 @@ class Material:
         Refractive index against wavelength.
     source : str
         Where the numbers come from.
+    aliases : tuple of str
+        Other names of the same material with the same dispersion formula.
     """
 
     name: str | None
     index: Index
     source: str
+    aliases: tuple[str, ...] = ()
 
     @property
     def n(self) -> float:
@@ -54,6 +63,7 @@ _ROWS = (
             (182.0, 1129.0),
         ),
         source="Daimon & Masumura 2007, Appl. Opt. 46, 3811, distilled, at 20 degrees C",
+        aliases=("H2O",),
     ),
     Material(
         name="ice",
@@ -71,6 +81,7 @@ _ROWS = (
             (210.0, 3710.0),
         ),
         source="Malitson 1965, J. Opt. Soc. Am. 55, 1205, at 20 degrees C",
+        aliases=("UV fused silica", "UVFS"),
     ),
     Material(
         name="BK7",
@@ -78,6 +89,7 @@ _ROWS = (
             (1.03961212, 0.231792344, 1.01046945), (0.00600069867, 0.0200179144, 103.560653), (300.0, 2500.0)
         ),
         source=_SCHOTT + ", N-BK7",
+        aliases=("N-BK7", "N-BK7HT"),
     ),
     Material(
         name="BaK4",
@@ -85,6 +97,7 @@ _ROWS = (
             (1.28834642, 0.132817724, 0.945395373), (0.00779980626, 0.0315631177, 105.965875), (334.0, 2500.0)
         ),
         source=_SCHOTT + ", N-BAK4",
+        aliases=("N-BAK4", "N-BAK4HT"),
     ),
     Material(
         name="F2",
@@ -108,6 +121,53 @@ _ROWS = (
         source=_SCHOTT,
     ),
     Material(
+        name="N-BAF10",
+        index=Sellmeier(
+            (1.5851495, 0.143559385, 1.08521269), (0.00926681282, 0.0424489805, 105.613573), (350.0, 2500.0)
+        ),
+        source=_SCHOTT,
+    ),
+    Material(
+        name="N-F2",
+        index=Sellmeier(
+            (1.39757037, 0.159201403, 1.2686543), (0.00995906143, 0.0546931752, 119.248346), (365.0, 2500.0)
+        ),
+        source=_SCHOTT,
+    ),
+    Material(
+        name="N-LAK22",
+        index=Sellmeier(
+            (1.14229781, 0.535138441, 1.04088385), (0.00585778594, 0.0198546147, 100.834017), (320.0, 2500.0)
+        ),
+        source=_SCHOTT,
+    ),
+    Material(
+        name="N-SF5",
+        index=Sellmeier(
+            (1.52481889, 0.187085527, 1.42729015), (0.011254756, 0.0588995392, 129.141675), (370.0, 2500.0)
+        ),
+        source=_SCHOTT,
+    ),
+    Material(
+        name="N-SF6",
+        index=Sellmeier(
+            (1.77931763, 0.338149866, 2.08734474), (0.0133714182, 0.0617533621, 174.01759), (370.0, 2500.0)
+        ),
+        source=_SCHOTT,
+    ),
+    Material(
+        name="N-SF10",
+        index=Sellmeier(
+            (1.62153902, 0.256287842, 1.64447552), (0.0122241457, 0.0595736775, 147.468793), (380.0, 2500.0)
+        ),
+        source=_SCHOTT,
+    ),
+    Material(
+        name="N-SF11",
+        index=Sellmeier((1.73759695, 0.313747346, 1.89878101), (0.013188707, 0.0623068142, 155.23629), (370.0, 2500.0)),
+        source=_SCHOTT,
+    ),
+    Material(
         name="sapphire",
         index=Sellmeier(
             (1.4313493, 0.65054713, 5.3414021),
@@ -115,15 +175,34 @@ _ROWS = (
             (200.0, 5500.0),
         ),
         source="Malitson & Dodge 1972, J. Opt. Soc. Am. 62, 1405, ordinary ray, at 20 degrees C",
+        aliases=("Al2O3",),
     ),
     Material(
         name="diamond",
         index=Sellmeier((0.3306, 4.3356), (0.1750**2, 0.1060**2), (226.0, 650.0)),
         source="Peter 1923, Z. Phys. 15, 358",
     ),
-    Material(name="acrylic", index=Sellmeier((1.1819,), (0.011313,), (436.8, 1052.0)), source=_SULTANOVA + ", PMMA"),
     Material(
-        name="polycarbonate", index=Sellmeier((1.4182,), (0.021304,), (436.8, 1052.0)), source=_SULTANOVA + ", PC"
+        name="acrylic",
+        index=Sellmeier((1.1819,), (0.011313,), (436.8, 1052.0)),
+        source=_SULTANOVA + ", PMMA",
+        aliases=("PMMA",),
+    ),
+    Material(
+        name="polycarbonate",
+        index=Sellmeier((1.4182,), (0.021304,), (436.8, 1052.0)),
+        source=_SULTANOVA + ", PC",
+        aliases=("PC",),
+    ),
+    Material(
+        name="calcium fluoride",
+        index=Sellmeier(
+            (0.5675888, 0.4710914, 3.8484723),
+            (0.050263605**2, 0.1003909**2, 34.649040**2),
+            (230.0, 9700.0),
+        ),
+        source="Malitson 1963, Appl. Opt. 2, 1103, at 24 degrees C",
+        aliases=("CaF2", "fluorite"),
     ),
 )
 
@@ -135,34 +214,43 @@ def _plain(name: str) -> str:
     return "".join(letter for letter in name.casefold() if letter not in " _-")
 
 
-_BY_PLAIN_NAME = {_plain(str(row.name)): row for row in _ROWS}
+# Every name that a study may write, as it is spelled, and its material
+_BY_SPELLING = {str(name): row for row in _ROWS for name in (row.name, *row.aliases)}
+_BY_PLAIN_NAME = {_plain(name): (name, row) for name, row in _BY_SPELLING.items()}
+ALIASES: Mapping[str, str] = MappingProxyType({alias: str(row.name) for row in _ROWS for alias in row.aliases})
 
 
-def _nearest(plain: str) -> Material | None:
-    """Return the material whose name, or other name in its source, is nearest; a glass keeps its number."""
-    named = {**_by_source(), **_BY_PLAIN_NAME}
-    if plain in named:
-        return named[plain]
-    digits = re.sub(r"\D", "", plain)
-    fits = [other for other in named if re.sub(r"\D", "", other) == digits]
+def _nearest(plain: str) -> str | None:
+    """Return the name, of a material or an alias, that is nearest to a plain one; a glass keeps its number."""
+    digits, letters = _parted(plain)
+    fits = {other: _parted(other)[1] for other in _BY_PLAIN_NAME if _parted(other)[0] == digits}
+    if digits:  # the letters are a family of glasses, few and telling: F5 is no SF5, LAK9 no BaK9
+        fits = {other: family for other, family in fits.items() if _is_family(family, letters)}
+        fits.pop(f"n{plain}", None)  # SF6, with lead, is another glass than N-SF6
     near = difflib.get_close_matches(plain, fits, n=1, cutoff=0.6) or [
         other for other in fits if len(other) > 2 and (other in plain or (len(plain) > 2 and plain in other))
     ]
-    return named[near[0]] if near else None
+    return _BY_PLAIN_NAME[near[0]][0] if near else None
 
 
-def _by_source() -> dict[str, Material]:
-    """Return the materials by what their sources call them: the last words, as in "..., N-BK7"."""
-    return {_plain(row.source.rpartition(", ")[2]): row for row in _ROWS if re.fullmatch(r".*, [A-Z0-9-]+", row.source)}
+def _parted(plain: str) -> tuple[str, str]:
+    """Return the digits of a plain name, and its letters without the N of glass that is free of lead and arsenic."""
+    return re.sub(r"\D", "", plain), re.sub(r"^n(?=.*\d)|\d", "", plain)
+
+
+def _is_family(family: str, letters: str) -> bool:
+    """Return whether letters are those of a family of glasses, misspelled or with a maker's name beside them."""
+    alike = difflib.SequenceMatcher(None, family, letters).ratio()
+    return alike > 0.7 or (len(family) > 1 and letters.endswith(family))
 
 
 def material_names() -> tuple[str, ...]:
-    """Return the names of the catalogue, in its order."""
+    """Return the names of the catalogue, in its order, without aliases; those are in `ALIASES`."""
     return tuple(CATALOGUE)
 
 
 def material(name: str) -> Material:
-    """Return a material of the catalogue; case, blanks, `-` and `_` do not matter.
+    """Return a material by its name or an alias; case, blanks, `-` and `_` do not matter.
 
     Raises
     ------
@@ -171,34 +259,60 @@ def material(name: str) -> Material:
     """
     found = _BY_PLAIN_NAME.get(_plain(name[:100]))
     if found is not None:
-        return found
+        return found[1]
     near = _nearest(_plain(name[:100]))
-    advice = f'did you mean "{near.name}"?' if near else f"known are {', '.join(CATALOGUE)}"
+    advice = f'did you mean "{near}"?' if near else f"known are {', '.join(CATALOGUE)}"
     raise StudyError([f"unknown material {name[:60]!r}; {advice}"])
 
 
-def refractive_index(material_name: str, wavelength_nm: float) -> float:
-    """Return the refractive index of a catalogue material at a wavelength.
+@overload
+def refractive_index(material_name: str, wavelength_nm: float) -> float: ...
+@overload
+def refractive_index(material_name: str, wavelength_nm: NDArray[Any] | Sequence[Any]) -> NDArray[np.float64]: ...
+def refractive_index(
+    material_name: str, wavelength_nm: float | NDArray[Any] | Sequence[Any]
+) -> float | NDArray[np.float64]:
+    """Return the refractive index of a catalogue material at a wavelength, or at many.
 
     Parameters
     ----------
     material_name : str
-        A name of `material_names()`.
-    wavelength_nm : float
+        A name of `material_names()`, or an alias.
+    wavelength_nm : float or array_like
         Vacuum wavelength in nanometres. A material without dispersion data has the same index at all of them.
+
+    Returns
+    -------
+    float or float64 array
+        An array of the shape of `wavelength_nm` where that is an array or a sequence.
 
     Raises
     ------
     StudyError
-        If the material is unknown or the wavelength is outside the range of its data.
+        If the material is unknown or a wavelength is outside the range of its data.
 
     Examples
     --------
     >>> round(refractive_index("BK7", 587.5618), 4)
     1.5168
+    >>> refractive_index("N-BK7", [486.1327, 656.2725]).round(4).tolist()
+    [1.5224, 1.5143]
     """
     found = material(material_name)
     try:
-        return found.index.at(wavelength_nm)
+        if isinstance(wavelength_nm, Real):
+            return found.index.at(float(wavelength_nm))
+        return _indices(found.index, wavelength_nm)
     except StudyError as error:
         raise StudyError([f"{found.name}: {error}"]) from None
+
+
+def _indices(index: Index, wavelengths_nm: Any) -> NDArray[np.float64]:
+    """Return the index at each wavelength of an array or a sequence, in its shape."""
+    import numpy as np  # only here, so that reading a study need not wait for it
+
+    try:
+        many = np.asarray(wavelengths_nm, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise StudyError(["wavelength: must be a number of nanometres or an array of such numbers"]) from None
+    return np.array([index.at(nm) for nm in many.ravel().tolist()], dtype=np.float64).reshape(many.shape)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from lenscl.config import Lens, Point, Scene, Study
 from lenscl.errors import StudyError
 from lenscl.expr import evaluate
+from lenscl.imaging import refuse_unseen
 from lenscl.sweep.shapes import shape_spots
 from lenscl.sweep.solids import solid_spots
 from lenscl.sweep.values import value_spots
@@ -94,6 +95,7 @@ def hard_spots(scene: Scene) -> Iterator[HardSpot]:
     yield from _steps_too_long(scene)
     yield from _samples_not_seen(scene)
     yield from _environment_not_read(scene)
+    yield from _light_not_seen(scene)
 
 
 def _source_in_a_lens(scene: Scene) -> Iterator[HardSpot]:
@@ -259,6 +261,13 @@ def _environment_not_read(scene: Scene) -> Iterator[HardSpot]:
         yield HardSpot(
             "effects.environment", "not-read", 'nothing reflects it; only fresnel = "split" shows what lenses reflect'
         )
+
+
+def _light_not_seen(scene: Scene) -> Iterator[HardSpot]:
+    try:
+        refuse_unseen(scene.wavelengths)
+    except StudyError as error:
+        yield HardSpot("effects.dispersion", "not-seen", error.problems[0].removeprefix("effects.dispersion: "))
 
 
 def _film_rays(scene: Scene, pixels: NDArray[np.int64]) -> tuple[Points, Points]:

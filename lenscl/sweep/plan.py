@@ -15,6 +15,7 @@ from typing import Any
 
 from lenscl.config import Needs, Point, Scene, Study
 from lenscl.errors import ImageError, StudyError
+from lenscl.imaging import refuse_unseen
 from lenscl.sweep.pictures import SourcePicture, as_text, fingerprint, survey
 from lenscl.sweep.store import Planned
 from lenscl.tracing import study_needs, with_needs
@@ -154,8 +155,8 @@ def plan_sweep(study: Study, out: Path | None = None) -> SweepPlan:
     Raises
     ------
     StudyError
-        If the study names no picture, none is found, one lies where the sweep would write, no point is left, or the
-        folder cannot be used by its name.
+        If the study names no picture, none is found, one lies where the sweep would write, no wavelength is seen, no
+        point is left, or the folder cannot be used by its name.
     """
     if study.scene.picture.images is None:
         raise StudyError(
@@ -164,6 +165,8 @@ def plan_sweep(study: Study, out: Path | None = None) -> SweepPlan:
                 'give a file or pattern such as images = "pictures/*", or write the ray map alone with `lenscl map`'
             ]
         )
+    if "effects.dispersion" not in study.axes:  # else a point that shows nothing fails alone
+        refuse_unseen(study.scene.wavelengths)
     pictures = survey(study.require_images())
     if out is None:
         out = Path("out") / (study.path.stem if study.path is not None else "study")

@@ -47,7 +47,7 @@ class Call:
     effect : Effect
     variant : Variant or None
         None where the effect is not asked for, or is no part of the kernel.
-    asked : str, bool or int
+    asked : str, bool, int or tuple of float
         The value of its key.
     is_in : bool
         Whether it is compiled in.
@@ -184,6 +184,8 @@ def calls(scene: Scene, *, rays_given: bool = False) -> Iterator[Call]:
 
 def _wavelengths(scene: Scene) -> str:
     low, high = min(scene.wavelengths), max(scene.wavelengths)
+    if len(scene.wavelengths) == 1:
+        return f"asked for: one wavelength, {low:g} nm"
     return f"asked for: {len(scene.wavelengths)} wavelengths from {low:g} to {high:g} nm, each traced"
 
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +73,7 @@ def _sampled(raymap: RayMap) -> RayMap:
         side = EDGE_SAMPLES
         pixels = np.flatnonzero(np.logical_or.reduce([edges(layer) for layer in layers]))
     else:
-        side, pixels = int(asked), np.arange(layers[0].status.size)
+        side, pixels = cast(int, asked), np.arange(layers[0].status.size)
     _check_memory(layers, side, len(pixels))
     is_whole = asked != "edges"
     if "wavelengths" in raymap.added:

@@ -19,7 +19,7 @@ MENDED = [  # what the valid study is made wrong by, and what is set
     (("at = [0, 0, 4]", 'kind = "parallel"'), ["source.direction=[0, 0, -1]"]),
     (("centre = [0, 0, 2.5]", ""), ["film.corner=[-1, 1, 2.5]"]),
     (("n = 1.5", ""), ["lens.n=1.5"]),
-    (("n = 1.5", 'n = "PMMA"'), ["lens.n=acrylic"]),
+    (("n = 1.5", 'n = "plexi"'), ["lens.n=acrylic"]),
     (("r = 0.25", "r = -1"), ["lens.r=0.2"]),
     (("r = 0.25", "r = 0.25\nabsorbs = 3"), ["lens.absorbs=true", "lens.n=1.4"]),
     (('surface = "torus"\nR = 0.7\nr = 0.25', 'surface = "bunny.stl"\nscale = 2.0'), ["lens.surface=sphere"]),

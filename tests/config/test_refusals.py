@@ -130,8 +130,8 @@ RULES = [
     (
         "n = 1.5",
         "n = { cauchi = [1.5] }",
-        "lens.n: must be a number, a material's name, { sellmeier = [...] }, { cauchy = [...] } or "
-        '{ table = [[nm, n], ...] }, got a table with "cauchi"',
+        "lens.n: must be a number, a material's name, { nd = ..., vd = ... }, { sellmeier = [...] }, "
+        '{ cauchy = [...] } or { table = [[nm, n], ...] }, got a table with "cauchi"',
     ),
     (
         "n = 1.5",
@@ -438,14 +438,17 @@ def test_lenses_as_tables_of_their_own_are_named_lenses(base, problems):
 
 @pytest.mark.parametrize(
     ("name", "nearest"),
-    [("N-BK7", "BK7"), ("N-SF11", "SF11"), ("N-BAK4", "BaK4"), ("PMMA", "acrylic"), ("silica", "fused silica")],
+    [
+        *[("N-BK7A", "N-BK7"), ("Schott SF11", "SF11"), ("NBAKK4", "N-BAK4"), ("PMMMA", "PMMA")],
+        *[("silica", "fused silica"), ("fluorit", "fluorite"), ("s-bk7", "BK7")],
+    ],
 )
 def test_a_material_of_another_name_is_refused_with_the_nearest(base, problems, name, nearest):
     (found,) = problems(base.replace("n = 1.5", f'n = "{name}"'))
     assert f'did you mean "{nearest}"?' in found
 
 
-@pytest.mark.parametrize("name", ["SF6", "F5", "LAK9", "SF1", "N-BK10", "perspex"])
+@pytest.mark.parametrize("name", ["SF6", "BAF10", "F5", "N-F5", "LAK9", "N-BK8", "SF1", "N-BK10", "perspex"])
 def test_a_glass_of_another_number_is_not_called_the_nearest(base, problems, name):
     (found,) = problems(base.replace("n = 1.5", f'n = "{name}"'))
     assert "did you mean" not in found

@@ -237,12 +237,22 @@ def test_steps_are_counted_over_all_wavelengths_and_the_effect_can_be_left_out()
 
 @pytest.mark.parametrize(
     ("asked", "got"),
-    [(2, "2"), (65, "65"), (True, "true"), (4.5, "4.5"), ("auto", '"auto"'), ("rbg", '"rbg"; did you mean "rgb"?')],
+    [
+        (2, "2"),
+        (65, "65"),
+        (True, "true"),
+        (4.5, "4.5; a single wavelength is a list, too, [4.5]"),
+        ("auto", '"auto"'),
+        ("rbg", '"rbg"; did you mean "rgb"?'),
+    ],
 )
 def test_other_values_are_refused(asked: Any, got: str) -> None:
     with pytest.raises(StudyError) as error:
         dispersive({"surface": "sphere"}, asked)
-    says = f'effects.dispersion: must be false or "rgb" or a whole number from 3 to 64, got {got}'
+    says = (
+        'effects.dispersion: must be false or "rgb" or a whole number from 3 to 64 or a rising list of 1 to 64 '
+        f"wavelengths in nm, got {got}"
+    )
     assert error.value.problems == (says,)
 
 
