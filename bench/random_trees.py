@@ -6,6 +6,7 @@ functions of the one or the other program. Of flint's balls it says what a text 
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Callable, Mapping
 from functools import reduce
@@ -21,10 +22,11 @@ Array = NDArray[Any]
 DEPTH = 5
 DIGITS = 60  # of mpmath's arithmetic
 _CALLS = {"sqrt": 1, "cbrt": 1, "abs": 1, "exp": 1, "log": 1, "sin": 1, "cos": 1, "tan": 1, "tanh": 1, "atan2": 2,
-          "hypot": 2, "min": 2, "max": 2, "pow": 2}  # fmt: skip
+          "hypot": 2, "min": 2, "max": 2, "pow": 2, "asin": 1, "acos": 1, "atan": 1, "sinh": 1, "cosh": 1, "sign": 1,
+          "floor": 1, "mod": 2}  # fmt: skip
 _NAMES = tuple(_CALLS)
 _OFTEN = ("min", "max", "sqrt", "abs")  # where what is not known may be taken for what is
-_NUMBERS = ("0.3", "0.5", "1", "2", "3", "0.7", "1.5", "4", "0.1", "5")
+_NUMBERS = ("0.3", "0.5", "1", "2", "3", "0.7", "1.5", "4", "0.1", "5", "pi")
 _POWERS = ("^2", "^2", "^3", "^4", "^-1", "^-2", "^0.5", "^1.5", "^(-0.5)", "^(1/3)")
 _ABOUT = ("x", "y", "z", "x", "y", "z", "(x - 0.3)", "(x + y)", "(2*z - 0.4)", "(y - 0.5*z)", "(x^2 + y^2)",
           "(x^2 + y^2 + z^2)", "(x*y)")  # fmt: skip
@@ -55,7 +57,8 @@ def _function(text: str, words: Mapping[str, Callable[..., Any]]) -> Callable[[A
 
 _NUMPY: dict[str, Callable[..., Any]] = {
     **{name: getattr(np, name) for name in ("sqrt", "cbrt", "abs", "exp", "log", "sin", "cos", "tan", "tanh", "hypot")},
-    "atan2": np.arctan2,
+    **{name: getattr(np, name) for name in ("sinh", "cosh", "sign", "floor", "mod")},
+    "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2, "pi": math.pi,
     "min": lambda *some: reduce(np.minimum, some), "max": lambda *some: reduce(np.maximum, some),
     "pow": lambda u, p: np.power(np.where(u >= 0, u, np.nan), p),
 }  # fmt: skip
@@ -140,6 +143,21 @@ def _angle(u: Any, v: Any) -> Any:
     return mpmath.atan2(u, v)
 
 
+def _within_one(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    def arc(u: Any) -> Any:
+        if abs(u) > 1:
+            raise _UndefinedError
+        return function(u)
+
+    return arc
+
+
+def _remainder(u: Any, v: Any) -> Any:
+    if v == 0:
+        raise _UndefinedError
+    return u - v * mpmath.floor(u / v)
+
+
 def _logarithm(u: Any) -> Any:
     if u <= 0:
         raise _UndefinedError
@@ -149,6 +167,9 @@ def _logarithm(u: Any) -> Any:
 _MPMATH: dict[str, Callable[..., Any]] = {
     **{name: _word(getattr(mpmath, name)) for name in ("sqrt", "exp", "sin", "cos", "tan", "tanh", "hypot")},
     "abs": _word(abs), "min": _word(min), "max": _word(max), "atan2": _word(_angle), "log": _word(_logarithm),
+    **{name: _word(getattr(mpmath, name)) for name in ("atan", "sinh", "cosh", "sign", "floor")},
+    **{name: _word(_within_one(getattr(mpmath, name))) for name in ("asin", "acos")},
+    "mod": _word(_remainder), "pi": math.pi,
     "cbrt": _word(lambda u: mpmath.sign(u) * mpmath.cbrt(abs(u))),
     "pow": lambda u, p: Real(_of(u)) ** p if _of(u) >= 0 else _refused(),
 }  # fmt: skip
@@ -240,6 +261,9 @@ def _ball_word(function: Callable[..., arb]) -> Callable[..., Ball]:
 
 _FLINT: dict[str, Callable[..., Any]] = {
     **{name: _ball_word(getattr(arb, name)) for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "tanh", "atan2")},
+    **{name: _ball_word(getattr(arb, name)) for name in ("asin", "acos", "atan", "sinh", "cosh", "floor")},
+    "sign": _ball_word(lambda u: u.sgn() if u.is_finite() else arb("nan")),
+    "mod": _ball_word(lambda u, v: u - v * (u / v).floor()), "pi": math.pi,
     "abs": _ball_word(abs), "cbrt": _ball_word(_cube_root), "min": _ball_word(_lesser),
     "max": _ball_word(lambda u, v: -_lesser(-u, -v)), "pow": _ball_word(_risen),
     "hypot": _ball_word(lambda u, v: (u**2 + v**2).sqrt()),

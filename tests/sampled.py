@@ -22,6 +22,8 @@ Field = Callable[[Array], Array]  # F at points, shape (..., 3)
 _WORDS = {
     name: getattr(np, name) for name in ("sqrt", "cbrt", "exp", "log", "sin", "cos", "tan", "tanh", "hypot", "abs")
 }
+_WORDS |= {name: getattr(np, name) for name in ("sinh", "cosh", "sign", "floor", "mod", "pi")}
+_WORDS |= {"asin": np.arcsin, "acos": np.arccos, "atan": np.arctan}
 _HALVINGS = 60
 _MOST_EVENTS = 16
 

@@ -10,6 +10,7 @@ from lenscl.expr.graph import walk
 
 # Cost in a kernel, bounds and derivatives included, in additions; 1 for operations that are not listed
 _COSTS = dict.fromkeys(("exp", "log", "sin", "cos", "tan", "atan2", "tanh"), 20) | {"pow": 1000, "norm": 1000}
+_COSTS |= dict.fromkeys(("asin", "acos", "atan", "sinh", "cosh"), 20)
 _AGAIN = 100  # factor on the cost of a ray that is traced again in a higher precision
 _CHEAP = 100  # operations of a ray: up to that, the largest number of rays is judged
 

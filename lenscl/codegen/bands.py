@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import count
 
+from lenscl.codegen.forks import both_sides
 from lenscl.codegen.text import Precision, function, function_of, shape_symbols, unlike
 from lenscl.expr import (
     Expr,
@@ -24,12 +25,14 @@ from lenscl.expr import (
     twice_text,
 )
 from lenscl.expr.graph import node, walk
+from lenscl.expr.jumps import STEPS
 from lenscl.expr.poles import OneSided, one_sided
 from lenscl.lenses import Surface
 
 _AXES = "xyz"
 _KINDS = ("linear", "quadratic", "cubic", "quartic")  # polynomials of kernels/interval_polynomials.cl, by degree
 _MOST_LEAVES = 8  # each has bands and parabolas of its own
+_MOST_FORKS = 3  # floors of which both sides of a jump are looked at in turn: by 2^3 bands at most
 _INNER = 2  # degree of what a part is made of, as far as roundings are followed
 _HORNER = 4  # roundings a degree for the sums that follow, twice over to cover terms of second order
 _UNIT = symbol("REAL_EPSILON")
@@ -274,24 +277,29 @@ def _bands_function(
 ) -> str:
     """Return the function of the leaves' bands, `bands` being the C text of those that they are made of.
 
-    `floors` says what these are never below. Slopes, of `slopes_of`, are unknown where an angle makes that jump.
+    `floors` says what these are never below. Slopes, of `slopes_of`, are unknown where an angle, a sign or a floor
+    makes that jump. Values are those on both sides of a floor's jump, and not what lies between: see `both_sides`.
     """
     turning = {leaf: jumps(of) for leaf, of in (slopes_of or {}).items()}
-    angles = {
-        each: f"angle_{i}" for i, each in enumerate(dict.fromkeys(each for some in turning.values() for each in some))
+    labels = {
+        each: f"jump_{i}" for i, each in enumerate(dict.fromkeys(each for some in turning.values() for each in some))
     }
-    outputs = leaves | {label: each for each, label in angles.items()}
+    outputs = leaves | {label: each for each, label in labels.items()}
     symbols = {part: part for part in bands} | shape_symbols(surface)
     used = {each.name for each in walk(outputs.values())}
     sided = {} if slopes_of else _one_sided(leaves, bands, floors, {*symbols})
     outputs |= {f"{mark.name}_of": part for some in sided.values() for one in some for mark, part in one.parts.items()}
-    text = band_text(outputs, symbols=symbols, bands=bands, precision=precision, floors=floors)
+    jumping = [each for each in walk(leaves.values()) if each.op == "floor" and each.depends_on(bands)]
+    forks = [] if slopes_of else jumping[:_MOST_FORKS]
+    text = band_text(outputs, symbols=symbols, bands=bands, precision=precision, floors=floors, forks=forks)
     spelled = {leaf: f"{{{leaf}}}" for leaf in leaves}
     for leaf, some in turning.items():
         for each in some:
-            spelled[leaf] = f"band_unbroken({{{angles[each]}}}, {spelled[leaf]})"
-    return function_of(
-        f"void {prefix}_{name}(const {prefix}_parts_t *parts, {prefix}_t shape, band_t of_leaf[{prefix}_LEAVES])",
+            known = "band_whole" if each.op in STEPS else "band_unbroken"
+            spelled[leaf] = f"{known}({{{labels[each]}}}, {spelled[leaf]})"
+    own, sides = (f"{name}_on", ", int way, maskv *forks") if forks else (name, "")
+    made = function_of(
+        f"void {prefix}_{own}(const {prefix}_parts_t *parts, {prefix}_t shape{sides}, band_t of_leaf[{prefix}_LEAVES])",
         text.after(f"const band_t {part} = {made};" for part, made in bands.items() if part in used),
         "\n".join(
             [
@@ -300,6 +308,7 @@ def _bands_function(
             ]
         ),
     )
+    return made + both_sides(prefix, name, len(forks)) if forks else made
 
 
 def _one_sided(

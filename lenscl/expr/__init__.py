@@ -21,11 +21,12 @@ from lenscl.expr.facts import Facts
 from lenscl.expr.graph import Expr, build, digest, number, symbol
 from lenscl.expr.interval_writer import band_text
 from lenscl.expr.jumps import jumps
-from lenscl.expr.operations import FUNCTIONS, OPERATIONS, Operation
+from lenscl.expr.operations import OPERATIONS, Operation
 from lenscl.expr.reader import parse
 from lenscl.expr.root_free import never_negative, root_polynomial
 from lenscl.expr.sign_form import sign_form
 from lenscl.expr.twice_writer import is_rational, twice_text
+from lenscl.expr.words import FUNCTIONS
 
 if TYPE_CHECKING:  # these compute with numpy, which reading and writing expressions does not wait for
     from lenscl.expr.enclose import bounds, least

@@ -7,7 +7,7 @@ import re
 import unicodedata
 from collections.abc import Collection
 
-from lenscl.expr.operations import FUNCTIONS
+from lenscl.expr.words import FUNCTIONS
 
 _MINUS, _TIMES, _OVER = "−–—‐‑‒﹣－", "·×∙⋅∗＊⁎•", "÷∕⁄／"
 _QUOTES = "'\"`´‘’‚‛“”„‟«»"
@@ -19,8 +19,8 @@ _ADVICE = {
     "√": "write sqrt(...)",
     "∛": "write cbrt(...)",
     "∜": "write sqrt(sqrt(...))",
-    "π": "write 3.141592653589793",
-    "°": "angles are in radians: multiply degrees by 0.017453292519943295",
+    "π": "write pi",
+    "°": "angles are in radians: multiply degrees by pi/180",
     "∞": "write the largest number that is meant, such as 1e9",
     "[": "group with ( and )",
     "]": "group with ( and )",
@@ -30,7 +30,7 @@ _ADVICE = {
     "∪": "write the union of two solids as min(F, G)",
     "∩": "write what two solids have in common as max(F, G)",
     "&": "write what two solids have in common as max(F, G)",
-    "%": "there is no remainder; for pieces that repeat use sin or cos",
+    "%": "write the remainder of u by v as mod(u, v)",
     "\\": "write functions by their names alone, as sqrt(x), and products as *",
     "#": "put remarks outside the expression",
     ":": "write the expression of F alone",
@@ -43,7 +43,7 @@ _ALLOWED = "allowed are numbers, names, ( ) , and + - * / ^"
 _WORDS = re.compile(r"\b(if|else|and|or|not|lambda)\b|&&|\|\||\?")  # of conditions
 _INSIDE = "write the surface as an expression that is negative inside"
 
-_CONSTANTS = {"pi": "3.141592653589793", "tau": "6.283185307179586", "e": "2.718281828459045"}
+_CONSTANTS = {"pi": "pi", "tau": "2*pi", "e": "2.718281828459045"}
 # Functions of other notations, written by the functions of this one
 _OTHERWISE = {
     "ln": "log(u)",
@@ -71,27 +71,34 @@ _OTHERWISE = {
     "norm": "sqrt(x^2 + y^2 + z^2)",
     "length": "sqrt(x^2 + y^2 + z^2)",
     "arctan2": "atan2(y, x)",
-    "atan": "atan2(u, 1)",
-    "arctan": "atan2(u, 1)",
-    "asin": "atan2(u, sqrt(1 - u^2))",
-    "arcsin": "atan2(u, sqrt(1 - u^2))",
-    "acos": "atan2(sqrt(1 - u^2), u)",
-    "arccos": "atan2(sqrt(1 - u^2), u)",
-    "sinh": "(exp(u) - exp(-u))/2",
-    "cosh": "(exp(u) + exp(-u))/2",
+    "arctan": "atan(u)",
+    "arcsin": "asin(u)",
+    "arccos": "acos(u)",
+    "asinh": "log(u + sqrt(u^2 + 1))",
+    "arcsinh": "log(u + sqrt(u^2 + 1))",
+    "acosh": "log(u + sqrt(u^2 - 1))",
+    "arccosh": "log(u + sqrt(u^2 - 1))",
+    "atanh": "log((1 + u)/(1 - u))/2",
+    "arctanh": "log((1 + u)/(1 - u))/2",
     "sec": "1/cos(u)",
     "csc": "1/sin(u)",
     "cot": "1/tan(u)",
     "coth": "1/tanh(u)",
-    "sech": "2/(exp(u) + exp(-u))",
+    "sech": "1/cosh(u)",
+    "sgn": "sign(u)",
+    "signum": "sign(u)",
+    "ceil": "-floor(-u)",
+    "round": "floor(u + 0.5)",
+    "rint": "floor(u + 0.5)",
+    "trunc": "sign(u)*floor(abs(u))",
+    "heaviside": "0.5 + 0.5*sign(u)",
+    "step": "0.5 + 0.5*sign(u)",
+    "fract": "mod(u, 1)",
+    "frac": "mod(u, 1)",
+    "fmod": "sign(u)*mod(abs(u), abs(v))",
+    "remainder": "mod(u, v)",
     "sigmoid": "0.5 + 0.5*tanh(u/2)",
 }
-
-
-_JUMPS = (
-    *("sign", "sgn", "signum", "floor", "ceil", "round", "trunc", "rint", "step", "heaviside"),
-    *("mod", "fmod", "fract", "frac"),
-)
 
 
 def shown(character: str) -> str:
@@ -171,8 +178,6 @@ def for_function(name: str) -> str:
         return f"did you mean {name.lower()!r}?"
     if name.lower() in _OTHERWISE:
         return f"write {_OTHERWISE[name.lower()]}; {listed}"
-    if name.lower() in _JUMPS:
-        return f"it would jump, and no surface is where F jumps: for pieces use min, max and abs; {listed}"
     close = difflib.get_close_matches(name[:40].lower(), sorted(FUNCTIONS), n=1)
     return f"did you mean {close[0]!r}? {listed[0].upper()}{listed[1:]}" if close else listed
 

@@ -8,6 +8,7 @@ eight, and so on, until interval bounds prove the statement on every part.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -18,6 +19,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from lenscl.expr.derive import degree
 from lenscl.expr.graph import Expr, walk
 from lenscl.expr.operations import whole
+from lenscl.expr.shares import is_share
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,9 +31,12 @@ if TYPE_CHECKING:
 Bounds = tuple[Fraction | None, Fraction | None]  # lower and upper bound; None: unknown
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 _Ends: TypeAlias = "Callable[[Expr], tuple[Array, Array]]"
-_NEVER_NEGATIVE = ("sqrt", "hypot", "exp", "pow", "norm")
+_NEVER_NEGATIVE = ("sqrt", "hypot", "exp", "pow", "norm", "acos")
+_ODD = ("cbrt", "sinh")  # of the sign of their operands
+_ODD_BOUNDED = ("asin", "atan", "sign")
 _WITHIN_ONE = ("sin", "cos", "tanh")
-_MAY_OVERFLOW = ("exp", "log", "pow", "/", "tan")  # of numbers of any size
+_WITHIN_TWO = Fraction(2)  # more than a quarter of a turn
+_MAY_OVERFLOW = ("exp", "log", "pow", "/", "tan", "sinh", "cosh")  # of numbers of any size
 _ZERO, _ONE = Fraction(0), Fraction(1)
 _MOST_BITS = 65_536  # of an exact bound
 _LEVELS = 7  # halvings of the box
@@ -73,6 +78,10 @@ class Facts:
         """Whether u is proved to be defined everywhere."""
         return all(self._has_value(each) for each in walk([u]))
 
+    def is_within_one(self, u: Expr) -> bool:
+        """Whether -1 <= u <= 1 is proved wherever u is defined."""
+        return is_share(u, Facts().is_nonnegative) or (self.is_nonnegative(1.0 - u) and self.is_nonnegative(1.0 + u))
+
     def low(self, u: Expr) -> Fraction | None:
         """Return a lower bound of u by its structure; None if none is known."""
         return self._bounds(u)[0]
@@ -110,11 +119,17 @@ class Facts:
                 return _of_power(parts[0], whole(each.args[1]))
             case "abs":
                 return _of_size(parts[0])
-            case "cbrt":
+            case op if op in _ODD:
+                return _of_odd(parts[0], None)
+            case op if op in _ODD_BOUNDED:
+                return _of_odd(parts[0], _ONE if op == "sign" else _WITHIN_TWO)
+            case "cosh":
+                return _ONE, None
+            case "floor":
                 low, high = parts[0]
                 return (
-                    _ZERO if low is not None and low >= 0 else None,
-                    _ZERO if high is not None and high <= 0 else None,
+                    None if low is None else Fraction(math.floor(low)),
+                    None if high is None else Fraction(math.floor(high)),
                 )
             case "max":
                 return max((low for low in lows if low is not None), default=None), _all(highs, max)
@@ -139,9 +154,9 @@ class Facts:
         args = each.args
         highs, lows = ([bounds[arg][end] for arg in args] for end in (1, 0))
         match each.op:
-            case "exp":
+            case "exp" | "cosh":
                 return True
-            case "sqrt" | "pow" | "cbrt":
+            case "sqrt" | "pow" | "cbrt" | "asin" | "atan" | "sinh" | "sign":
                 return positive[args[0]]
             case "abs" | "power":
                 away = highs[0] is not None and highs[0] < 0 and (each.op == "abs" or whole(args[1]) % 2 == 0)
@@ -166,6 +181,8 @@ class Facts:
                 return self.is_nonnegative(each.args[0])
             case "log":
                 return self.is_positive(each.args[0])
+            case "asin" | "acos":
+                return self.is_within_one(each.args[0])
             case "pow":
                 base, exponent = each.args
                 rises = exponent.value is not None and exponent.value > 0.0
@@ -232,6 +249,15 @@ class Facts:
             side = 0.5 * side
             corners = np.concatenate([corners + side * np.array(way) for way in product((0, 1), repeat=3)])
         return False
+
+
+def _of_odd(bounds: Bounds, most: Fraction | None) -> Bounds:
+    """Return the bounds of a function with the sign of its operand, whose size is at most `most`."""
+    low, high = bounds
+    return (
+        _ZERO if low is not None and low >= 0 else _negative(most),
+        _ZERO if high is not None and high <= 0 else most,
+    )
 
 
 def _exact(bounds: Bounds) -> Fraction | None:

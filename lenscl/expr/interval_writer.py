@@ -6,10 +6,10 @@ what depends on parameters alone is a band too, a flat one, since its rounding c
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 
 from lenscl.expr.c_writer import CText, Precision, Writer, single, spell_number
-from lenscl.expr.graph import Expr
+from lenscl.expr.graph import Expr, node
 from lenscl.expr.operations import ATOM
 
 CALLS: Mapping[str, str] = {
@@ -30,12 +30,20 @@ CALLS: Mapping[str, str] = {
     "cos": "band_cos({})",
     "tan": "band_tan({})",
     "atan2": "band_atan2({}, {})",
+    "asin": "band_asin({}, {within})",
+    "acos": "band_acos({}, {within})",
+    "atan": "band_atan({})",
+    "sinh": "band_sinh({})",
+    "cosh": "band_cosh({})",
     "tanh": "band_tanh({})",
     "hypot": "band_hypot({}, {})",
     "pow": "band_pow({}, {}, {least_0})",
+    "sign": "band_sign({})",
+    "floor": "band_floor({})",
     "norm": "band_norm({}, {}, {})",
     "norm_slope": "band_norm_slope({}, {}, {})",
-}  # by the name of the table's row; integer powers have become products. least_i: a number operand i is never below
+}  # by the name of the table's row; integer powers have become products. least_i: a number operand i is never below;
+# within: 1 if the operand is proved to lie between -1 and 1
 
 
 def band_text(
@@ -45,6 +53,7 @@ def band_text(
     bands: Collection[str],
     precision: Precision,
     floors: Mapping[str, float] | None = None,
+    forks: Sequence[Expr] = (),
 ) -> CText:
     """Spell expressions as bands, sharing what they have in common.
 
@@ -60,13 +69,16 @@ def band_text(
         What `real` is.
     floors : mapping of str to float, optional
         What symbols are never below, as is known of what they stand for.
+    forks : sequence of Expr, optional
+        Floors that are taken on one side of their jumps: the i-th on that which bit i of the C variable `way` says.
+        What jumps on the segment is noted in `forks`, a pointer to bits of every lane.
 
     Returns
     -------
     CText
         Statements, and what each result is called.
     """
-    return _BandWriter(outputs, symbols, bands, precision, floors or {}).write()
+    return _BandWriter(outputs, symbols, bands, precision, floors or {}, forks).write()
 
 
 class _BandWriter(Writer):
@@ -77,9 +89,11 @@ class _BandWriter(Writer):
         bands: Collection[str],
         precision: Precision,
         floors: Mapping[str, float],
+        forks: Sequence[Expr],
     ) -> None:
         super().__init__(outputs, symbols, bands, precision)
         self._floors = floors
+        self._forks = {self._lower[each]: i for i, each in enumerate(forks)}
 
     def _kind(self, each: Expr) -> str:
         return "band_t"
@@ -103,7 +117,11 @@ class _BandWriter(Writer):
         least = {
             f"least_{i}": self._least(arg) for i, arg in enumerate(each.args) if f"{{least_{i}}}" in CALLS[each.op]
         }
-        return CALLS[each.op].format(*(self._band(arg) for arg in each.args), **least)
+        within = int("{within}" in CALLS[each.op] and self._is_within_one(each.args[0]))
+        call = CALLS[each.op].format(*(self._band(arg) for arg in each.args), **least, within=within)
+        if each in self._forks:
+            return f"band_floor_on({call[len('band_floor(') : -1]}, {self._forks[each]}, way, forks)"
+        return call
 
     def _special(self, each: Expr) -> str | None:
         """Spell what is cheaper than by bands alone."""
@@ -153,6 +171,11 @@ class _BandWriter(Writer):
         if each.args or not self._flat(each):
             return self._text[each][0]
         return f"band_{'exact' if self._exact(each) else 'rounded'}({self._real(each)})"
+
+    def _is_within_one(self, each: Expr) -> bool:
+        from lenscl.expr.enclose import least
+
+        return least(each, self._floors) >= -1.0 and least(node("neg", each), self._floors) >= -1.0
 
     def _least(self, each: Expr) -> str:
         """Spell what an operand is never below, whatever the coordinates and parameters are."""

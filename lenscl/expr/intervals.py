@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 _EPS = 2.0**-52
 _NORM_ULP = 9  # a power of 4 ulp, and of another one, which is at most half of the base, what the p-th root leaves
 _LEAN_ULP = 18  # of a norm's slope for p <= 10, made of two powers
+_QUARTER_TURN = float(np.nextafter(np.pi / 2, 4.0))  # pi / 2 itself lies above the nearest number
 _REDUCIBLE = 2.0**40  # beyond it the period of sin cannot be told apart well enough to be worth it
 
 
@@ -216,6 +217,43 @@ def angle(y: Interval, x: Interval) -> Interval:
     cut = _has(y, 0.0) & (x.lo <= 0.0)
     half_turn = np.nextafter(np.pi, 4.0)
     return Interval(np.where(cut, -half_turn, wide.lo), np.where(cut, half_turn, wide.hi), wide.undefined)
+
+
+def _arc(u: Interval) -> Interval:
+    """Leave of an operand of asin or acos what lies between -1 and 1."""
+    beyond = (u.lo < -1.0) | (u.hi > 1.0)
+    return Interval(np.clip(u.lo, -1.0, 1.0), np.clip(u.hi, -1.0, 1.0), u.undefined | beyond)
+
+
+def _turned(u: Interval, lo: Array, hi: Array, least: float, greatest: float) -> Interval:
+    """Return the enclosure of an arc sine or cosine of u, from computed ends; unknown where it is defined nowhere."""
+    wide = _outward(lo, hi, _arc(u).undefined, ulps=4)
+    nowhere = (u.hi < -1.0) | (u.lo > 1.0)
+    lo, hi = np.clip(wide.lo, least, greatest), np.clip(wide.hi, least, greatest)
+    return Interval(np.where(nowhere, -np.inf, lo), np.where(nowhere, np.inf, hi), wide.undefined)
+
+
+def arc_sine(u: Interval) -> Interval:
+    """Enclose asin u."""
+    within = _arc(u)
+    return _turned(u, np.arcsin(within.lo), np.arcsin(within.hi), -_QUARTER_TURN, _QUARTER_TURN)
+
+
+def arc_cosine(u: Interval) -> Interval:
+    """Enclose acos u."""
+    within = _arc(u)
+    return _turned(u, np.arccos(within.hi), np.arccos(within.lo), 0.0, 2.0 * _QUARTER_TURN)
+
+
+def arc_tangent(u: Interval) -> Interval:
+    """Enclose atan u."""
+    return rising(u, "arctan", ulps=4, least=-_QUARTER_TURN, greatest=_QUARTER_TURN)
+
+
+def stepping(u: Interval, function: str) -> Interval:
+    """Enclose a function of numpy that never falls and whose values are whole numbers: they are exact."""
+    of = getattr(np, function)
+    return Interval(of(u.lo), of(u.hi), u.undefined)
 
 
 def distance(u: Interval, v: Interval) -> Interval:

@@ -1,21 +1,22 @@
-"""Where an expression jumps: the angles that it takes round their cut."""
+"""Where an expression jumps: the angles that it takes round their cut, and the steps of sign and floor."""
 
 from __future__ import annotations
 
 from lenscl.expr.graph import Expr, walk
 
+STEPS = ("sign", "floor")
 _WAVES = ("sin", "cos", "tan")  # the same after a full turn of what they are taken of
 
 
 def jumps(expr: Expr) -> tuple[Expr, ...]:
-    """Return the angles, atan2(y, x), across whose cut an expression may jump by itself.
+    """Return the parts by which an expression may jump: angles, atan2(y, x), at their cut, and signs and floors.
 
     On the half-plane y = 0, x <= 0 an angle changes by a full turn. An expression goes on smoothly there if it takes
     the angle by whole multiples only, and these through sin, cos or tan: cos(5*atan2(y, x)) does, atan2(y, x)^2 does
-    not. A multiple that is a parameter may be no whole number.
+    not. A multiple that is a parameter may be no whole number. Of signs and floors no such rule is known.
     """
     order = list(walk([expr]))
-    return tuple(each for each in order if each.op == "atan2" and _turns(order, each) != 0)
+    return tuple(each for each in order if each.op in STEPS or (each.op == "atan2" and _turns(order, each) != 0))
 
 
 def _turns(order: list[Expr], angle: Expr) -> int | None:

@@ -31,8 +31,9 @@ def value(np: Any, u: Any, v: Any, p: Any) -> Any:
 
 def slope(np: Any, u: Any, v: Any, p: Any) -> Any:
     """Return its slope by u, on float64 arrays."""
-    _, _, of_small, of_both = _powers(np, u, v, p)
-    return np.sign(u) * (np.where(np.abs(u) >= np.abs(v), 1.0, of_small) * of_both)
+    large, _, of_small, of_both = _powers(np, u, v, p)
+    size = np.where(np.abs(u) >= np.abs(v), 1.0, of_small) * of_both
+    return np.where(np.isnan(large), np.nan, np.sign(u) * size)
 
 
 def derivative(w: Expr, u: Expr, v: Expr, p: Expr, du: Expr, dv: Expr, dp: Expr) -> Expr:

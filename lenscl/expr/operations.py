@@ -168,6 +168,11 @@ def _where(a: Expr, b: Expr, u: Expr, v: Expr) -> Expr:
     return build("where", a, b, u, v)
 
 
+def _other_leg(u: Expr) -> Expr:
+    """Return sqrt(1 - u^2), of which nothing cancels near u = 1 and u = -1."""
+    return build("sqrt", (1.0 - u) * (1.0 + u))
+
+
 _ROWS: tuple[Operation, ...] = (
     Operation(
         name="+", arity=2, user=False, stem="sum", text="{} + {}", c="{} + {}", level=SUM, needs=(SUM, PRODUCT),
@@ -300,6 +305,36 @@ _ROWS: tuple[Operation, ...] = (
         interval=lambda iv, u, v: iv.angle(u, v),
     ),
     _function(
+        "asin", 1, stem="arc", c="asin{on_lanes}({0})", fragments=("arcs.cl",),
+        evaluate=lambda np, u: np.arcsin(u),
+        derivative=lambda w, u, du: du / _other_leg(u),
+        interval=lambda iv, u: iv.arc_sine(u),
+    ),
+    _function(
+        "acos", 1, stem="arc", c="acos{on_lanes}({0})", fragments=("arcs.cl",),
+        evaluate=lambda np, u: np.arccos(u),
+        derivative=lambda w, u, du: -du / _other_leg(u),
+        interval=lambda iv, u: iv.arc_cosine(u),
+    ),
+    _function(
+        "atan", 1, stem="arc", c="atan{on_lanes}({0})", fragments=("arcs.cl",),
+        evaluate=lambda np, u: np.arctan(u),
+        derivative=lambda w, u, du: du / (1.0 + power(u, 2)),
+        interval=lambda iv, u: iv.arc_tangent(u),
+    ),
+    _function(
+        "sinh", 1, c="sinh{on_lanes}({0})", fragments=("hyperbolics.cl",),
+        evaluate=lambda np, u: np.sinh(u),
+        derivative=lambda w, u, du: build("cosh", u) * du,
+        interval=lambda iv, u: iv.rising(u, "sinh", ulps=4),
+    ),
+    _function(
+        "cosh", 1, c="cosh{on_lanes}({0})", fragments=("hyperbolics.cl",),
+        evaluate=lambda np, u: np.cosh(u),
+        derivative=lambda w, u, du: build("sinh", u) * du,
+        interval=lambda iv, u: iv.rising(iv.magnitude(u), "cosh", ulps=4, least=1.0),
+    ),
+    _function(
         "tanh", 1,
         evaluate=lambda np, u: np.tanh(u),
         derivative=lambda w, u, du: (1.0 - power(w, 2)) * du,
@@ -319,6 +354,18 @@ _ROWS: tuple[Operation, ...] = (
             p * build("pow", u, p - 1.0) * du if dp is ZERO else w * (dp * build("log", u) + p * du / u)
         ),
         interval=lambda iv, u, p: iv.real_power(u, p),
+    ),
+    _function(
+        "sign", 1, stem="side", c="sign{on_lanes}({0})", fragments=("jumps.cl",),
+        evaluate=lambda np, u: np.sign(u),  # 0 at 0
+        derivative=lambda w, u, du: ZERO,  # but where it jumps: see lenscl.expr.jumps
+        interval=lambda iv, u: iv.stepping(u, "sign"),
+    ),
+    _function(
+        "floor", 1, stem="whole", c="floor{on_lanes}({0})", fragments=("jumps.cl",),
+        evaluate=lambda np, u: np.floor(u),
+        derivative=lambda w, u, du: ZERO,
+        interval=lambda iv, u: iv.stepping(u, "floor"),
     ),
     _function(
         "norm", 3, user=False, c="norm_v({0}, {1}, {2})", fragments=("norms.cl",),
@@ -341,4 +388,3 @@ def _scaled_error(np: Any, u: Any, error: Any) -> Any:
 
 
 OPERATIONS: dict[str, Operation] = {row.name: row for row in _ROWS}
-FUNCTIONS: frozenset[str] = frozenset(row.name for row in _ROWS if row.user)

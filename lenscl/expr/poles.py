@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from lenscl.expr.graph import Expr, node, walk
 from lenscl.expr.operations import whole
 
-_RISING = ("exp", "cbrt", "tanh")  # and defined for all numbers: else a bound of the operand may be outside the domain
+# Functions that never fall and are defined for all numbers: else a bound of the operand may be outside the domain
+_RISING = ("exp", "cbrt", "tanh", "atan", "sinh", "sign", "floor")
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from functools import reduce
 from lenscl.errors import ExpressionError
 from lenscl.expr import advice
 from lenscl.expr.graph import MAX_POWER, Expr, build, number, symbol, walk
-from lenscl.expr.operations import FUNCTIONS, OPERATIONS
+from lenscl.expr.words import CONSTANTS, FUNCTIONS, called, operands_of
 
 MAX_LENGTH = 100_000  # characters
 MAX_NODES = 5_000  # operations, names and numbers as written
@@ -36,7 +36,8 @@ def parse(text: str, symbols: Collection[str], *, own: str = "") -> Expr:
 
     `^` is the power, as `**`: it binds tighter than a sign before it and to the right. A whole exponent is an integer
     power, for any base; any other is `pow(u, p)`, which has a value for u >= 0 only. `min` and `max` take two operands
-    or more. Numbers are decimal.
+    or more. `mod(u, v)` is u - v floor(u / v), between 0 and v, and `sign(0)` is 0. `pi` is the constant, unless it is
+    one of `symbols`. Numbers are decimal.
 
     Parameters
     ----------
@@ -209,7 +210,7 @@ class _Reader:
             raise self._refuse(tree.func, f"unknown function {name!r}; {advice.for_function(name)}")
         if tree.keywords or any(isinstance(each, ast.Starred) for each in tree.args):
             raise self._refuse(tree, f"{name} takes plain operands only")
-        arity, given = OPERATIONS[name].arity, len(tree.args)
+        arity, given = operands_of(name), len(tree.args)
         many = name in _CHAINED
         if (given < arity) if many else (given != arity):
             wanted = f"{arity} or more operands" if many else f"{arity} operand{'s' * (arity > 1)}"
@@ -242,6 +243,8 @@ class _Reader:
     def _name(self, tree: ast.Name) -> Expr:
         if tree.id in self._symbols:
             return symbol(tree.id)
+        if tree.id in CONSTANTS:
+            return number(CONSTANTS[tree.id])
         if tree.id in FUNCTIONS:
             raise self._refuse(tree, f"{tree.id} is a function: write {tree.id}(...)")
         raise self._refuse(tree, f"unknown name {tree.id!r}; {advice.for_name(tree.id, self._symbols, self._own)}")
@@ -249,7 +252,7 @@ class _Reader:
     def _built(self, at: ast.expr, op: str, *args: Expr) -> Expr:
         """Build a node, unless it is a constant without a finite value or a power beyond the limit."""
         constant = all(each.value is not None for each in args)
-        if op == "/" and args[1].value == 0.0:
+        if op in ("/", "mod") and args[1].value == 0.0:
             raise self._refuse(at, "division by zero")
         whole = False
         if op == "pow" and args[1].value is not None:
@@ -259,7 +262,7 @@ class _Reader:
                 raise self._refuse(at, f"whole exponents go from -{MAX_POWER} to {MAX_POWER}")
             if args[0].value == 0.0 and exponent < 0.0:
                 raise self._refuse(at, "division by zero")
-        made = build(op, *args)
+        made = called(op, *args) if op in FUNCTIONS else build(op, *args)
         if constant and made.value is None and (whole or op in ("+", "-", "*", "/")):
             raise self._refuse(at, "this constant has no finite value in double precision")
         return made

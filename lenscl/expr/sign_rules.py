@@ -13,13 +13,19 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from lenscl.expr.facts import Facts
-from lenscl.expr.graph import Expr, build, number
+from lenscl.expr.graph import Expr, build, number, walk
 from lenscl.expr.operations import whole
 from lenscl.expr.simplify import power
 
 Level: TypeAlias = "Fraction | Expr"  # an exact number, or an expression of parameters alone
 NOTHING = Fraction(0)
+_ANALYTIC = (
+    *("+", "-", "neg", "*", "/", "power", "exp", "log", "sin", "cos", "tan"),
+    *("asin", "acos", "atan", "sinh", "cosh", "tanh"),
+)
+_QUARTER_TURN = 1.57  # and a little less
 _COORDINATES = ("x", "y", "z")
+_ODD = ("tanh", "cbrt", "atan", "sinh")  # increasing, odd, and defined for all numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +146,7 @@ def _is_size(facts: Facts, w: Expr, core: Expr) -> bool:
             return _core(w.args[0]) is core
         case "power":
             return _is_size(facts, w.args[0], core) or (whole(w.args[1]) % 2 == 0 and _core(w.args[0]) is core)
-        case "sqrt" | "cbrt" | "tanh":
+        case "sqrt" | "cbrt" | "tanh" | "atan" | "sinh":
             return _is_size(facts, w.args[0], core)
         case "pow":
             return (w.args[1].value or 0.0) > 0.0 and _is_size(facts, w.args[0], core)
@@ -157,7 +163,7 @@ def _core(u: Expr) -> Expr:
     """Return an expression with the zeros and the domain of u: u without constant factors, odd powers and the like."""
     while True:
         is_multiple = u.op in ("*", "/") and bool(u.args[1].value)
-        if is_multiple or u.op in ("neg", "cbrt", "tanh") or (u.op == "power" and whole(u.args[1]) % 2):
+        if is_multiple or u.op in ("neg", *_ODD) or (u.op == "power" and whole(u.args[1]) % 2):
             u = u.args[0]
         elif u.op == "*" and u.args[0].value:
             u = u.args[1]
@@ -206,6 +212,51 @@ def _tanh(_: Facts, t: Expr, c: Level) -> Step | None:
     return None if d is None else Step(1, t.args[0], d)
 
 
+def _arc_sine(facts: Facts, t: Expr, c: Level) -> Step | None:
+    d = _by(c, lambda angle: math.sin(angle) if abs(angle) < _QUARTER_TURN else math.nan)
+    return Step(1, t.args[0], d) if d is not None and facts.is_within_one(t.args[0]) else None
+
+
+def _arc_cosine(facts: Facts, t: Expr, c: Level) -> Step | None:
+    d = _by(c, lambda angle: math.cos(angle) if 0.0 < angle < 2.0 * _QUARTER_TURN else math.nan)
+    return Step(-1, t.args[0], d) if d is not None and facts.is_within_one(t.args[0]) else None
+
+
+def _arc_tangent(_: Facts, t: Expr, c: Level) -> Step | None:
+    d = _by(c, lambda angle: math.tan(angle) if abs(angle) < _QUARTER_TURN else math.nan)
+    return None if d is None else Step(1, t.args[0], d)
+
+
+def _hyperbolic_sine(_: Facts, t: Expr, c: Level) -> Step | None:
+    d = _by(c, math.asinh)
+    return None if d is None else Step(1, t.args[0], d)
+
+
+def _hyperbolic_cosine(_: Facts, t: Expr, c: Level) -> Step | None:
+    d = _by(c, lambda level: math.acosh(level) if level > 1.0 else math.nan)
+    return None if d is None else Step(1, build("abs", t.args[0]), d)
+
+
+def _side(_: Facts, t: Expr, c: Level) -> Step | None:
+    is_told = isinstance(c, Fraction) and abs(c) < 1 and (c == 0 or _is_nowhere_level(t.args[0]))
+    return Step(1, t.args[0], NOTHING) if is_told else None
+
+
+def _is_nowhere_level(u: Expr) -> bool:
+    """Say whether u takes a value in no part of space, but on surfaces at most: it is analytic.
+
+    max(u, 0) is 0 in a whole region. There sign(max(u, 0)) - 1/2 is negative, and max(u, 0) is not.
+    """
+    return all(not each.args or each.op in _ANALYTIC for each in walk([u]))
+
+
+def _whole_part(_: Facts, t: Expr, c: Level) -> Step | None:
+    # On a whole level the floor stays for a whole unit
+    if isinstance(c, Expr) or c.denominator == 1 or not _is_nowhere_level(t.args[0]):
+        return None
+    return Step(1, t.args[0], Fraction(math.ceil(c)))
+
+
 def _exponential(_: Facts, t: Expr, c: Level) -> Step | None:
     d = _by(c, math.log)
     return None if d is None else Step(1, t.args[0], d)
@@ -244,7 +295,7 @@ def _real_power(facts: Facts, t: Expr, c: Level) -> Step | None:
 
 def _angle(facts: Facts, t: Expr, c: Level) -> Step | None:
     u, v = t.args
-    d = _by(c, lambda angle: math.tan(angle) if abs(angle) < 1.57 else math.nan)
+    d = _by(c, lambda angle: math.tan(angle) if abs(angle) < _QUARTER_TURN else math.nan)
     if d is None or not (facts.is_positive(v) and facts.is_total(v)):
         return None
     return Step(1, u if d == 0 else u - _expr(d) * v, NOTHING)
@@ -254,7 +305,7 @@ def _alike(facts: Facts, t: Expr, c: Level) -> Step | None:
     u, v = t.args
     if c != 0 or u.op != v.op or not (u.depends_on(_COORDINATES) and v.depends_on(_COORDINATES)):
         return None
-    if u.op in ("exp", "tanh", "cbrt"):
+    if u.op in ("exp", *_ODD):
         return Step(1, u.args[0] - v.args[0], NOTHING)
     if u.op == "sqrt" and all(facts.is_nonnegative(each.args[0]) for each in (u, v)):
         return Step(1, u.args[0] - v.args[0], NOTHING)
@@ -265,16 +316,21 @@ def _alike(facts: Facts, t: Expr, c: Level) -> Step | None:
 
 def _opposite(_: Facts, t: Expr, c: Level) -> Step | None:
     u, v = t.args
-    if c != 0 or u.op != v.op or u.op not in ("tanh", "cbrt"):
+    if c != 0 or u.op != v.op or u.op not in _ODD:
         return None
     return Step(1, u.args[0] + v.args[0], NOTHING)
 
 
 OUTER: tuple[Outer, ...] = (
     Outer("neg", "-u - c ~ -(u + c)", "", _negation, is_affine=True),
-    Outer("+", "tanh(u) + tanh(v) ~ u + v; cbrt likewise", "c = 0", _opposite),
+    Outer("+", "tanh(u) + tanh(v) ~ u + v; cbrt, atan and sinh likewise", "c = 0", _opposite),
     Outer("+", "(u + k) - c ~ u - (c - k)", "k does not depend on the place", _sum, is_affine=True),
-    Outer("-", "h(u) - h(v) ~ u - v, h = exp, tanh, cbrt, sqrt, log", "c = 0; sqrt: u, v >= 0; log: u, v > 0", _alike),
+    Outer(
+        "-",
+        "h(u) - h(v) ~ u - v, h = exp, tanh, cbrt, atan, sinh, sqrt, log",
+        "c = 0; sqrt: u, v >= 0; log: u, v > 0",
+        _alike,
+    ),
     Outer(
         "-",
         "(u - k) - c ~ u - (c + k), (k - u) - c ~ -(u - (k - c))",
@@ -291,6 +347,13 @@ OUTER: tuple[Outer, ...] = (
     Outer("power", "u^n - c ~ u - c^(1/n)", "n odd", _odd_power),
     Outer("cbrt", "cbrt(u) - c ~ u - c^3", "", _cube_root),
     Outer("tanh", "tanh(u) - c ~ u - artanh(c)", "|c| < 1", _tanh),
+    Outer("asin", "asin(u) - c ~ u - sin(c)", "-1 <= u <= 1, |c| < 1.57", _arc_sine),
+    Outer("acos", "acos(u) - c ~ -(u - cos(c))", "-1 <= u <= 1, 0 < c < 3.14", _arc_cosine),
+    Outer("atan", "atan(u) - c ~ u - tan(c)", "|c| < 1.57", _arc_tangent),
+    Outer("sinh", "sinh(u) - c ~ u - arsinh(c)", "", _hyperbolic_sine),
+    Outer("cosh", "cosh(u) - c ~ |u| - arcosh(c)", "c > 1", _hyperbolic_cosine),
+    Outer("sign", "sign(u) - c ~ u", "c = 0; |c| < 1 where u is analytic: at u = 0 it jumps", _side),
+    Outer("floor", "floor(u) - c ~ u - ceil(c)", "c no whole number, u analytic", _whole_part),
     Outer("atan2", "atan2(u, v) - c ~ u - tan(c) v", "v > 0, |c| < 1.57", _angle),
     Outer("exp", "exp(u) - c ~ u - log(c)", "c > 0", _exponential),
     Outer("log", "log(u) - c ~ u - exp(c)", "u >= 0; at u = 0 it is minus infinity", _logarithm),

@@ -10,6 +10,7 @@ import numpy as np
 from lenscl.expr.graph import Expr, walk
 from lenscl.expr.operations import OPERATIONS
 
+_ARCS = {"asin": "arc sine", "acos": "arc cosine"}
 _LONGEST = 60  # characters of an operand that is named
 
 
@@ -61,6 +62,9 @@ def _said(each: Expr, at: Mapping[Expr, float]) -> tuple[str, str]:
         return f"the square root of {value}", f"sqrt(max({name}, 0)){end}"
     if each.op == "log":
         return f"the logarithm of {value}", f"log(max({name}, 1e-9)){above}"
+    if each.op in ("asin", "acos") and abs(at[operand]) > 1.0:
+        kept = f"{each.op}(min(max({name}, -1), 1))"
+        return f"the {_ARCS[each.op]} of {value}", f"{kept} for it, and max(F, abs({name}) - 1) to end the solid there"
     if each.op == "/" and at[operand] == 0.0:
         return f"a division by {value}", "a divisor that is never 0, such as u^2 + 1e-6 for u^2"
     if each.op == "pow" and at[operand] < 0.0:

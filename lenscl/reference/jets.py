@@ -182,6 +182,45 @@ def _tan(u: Jet) -> Jet:
     return u.by(w, 1 + w**2)
 
 
+def _arc_sine(u: Jet) -> Jet:
+    return u.by(u.value.asin(), 1 / (1 - u.value**2).sqrt())
+
+
+def _arc_cosine(u: Jet) -> Jet:
+    return u.by(u.value.acos(), -1 / (1 - u.value**2).sqrt())
+
+
+def _hyperbolic_sine(u: Jet) -> Jet:
+    return u.by(u.value.sinh(), u.value.cosh())
+
+
+def _hyperbolic_cosine(u: Jet) -> Jet:
+    return u.by(u.value.cosh(), u.value.sinh())
+
+
+def _sign(u: Jet) -> Jet:
+    return _step(u, lambda x: (x > 0) - (x < 0), jumps_at=0)
+
+
+def _floor(u: Jet) -> Jet:
+    return _step(u, lambda x: x.floor())
+
+
+def _step(u: Jet, f: Callable[[Any], Any], jumps_at: int | None = None) -> Jet:
+    """Enclose a function that never falls and whose values are whole numbers: where it jumps no slope bounds that.
+
+    `jumps_at` is the value that it has in the midst of a jump, if it has another one there than on both sides.
+    """
+    from flint import arb
+
+    if not u.value.is_finite():
+        return u.by(arb("nan"), arb("nan"))
+    low, high = (arb(f(end)) for end in (u.value.lower(), u.value.upper()))
+    is_level = low == high and not (jumps_at is not None and low == jumps_at)
+    is_still = all(each.is_zero() for each in u.slopes)  # made of numbers and parameters alone
+    return u.by(low.union(high), arb(0) if is_level or is_still else arb("nan"))
+
+
 def _hypot(u: Jet, v: Jet) -> Jet:
     return _sqrt(_sum(_power(u, 2), _power(v, 2)))
 
@@ -263,6 +302,13 @@ _RULES: dict[str, Callable[..., Jet]] = {
     "sin": lambda u: u.by(u.value.sin(), u.value.cos()),
     "cos": lambda u: u.by(u.value.cos(), -u.value.sin()),
     "tan": _tan,
+    "asin": _arc_sine,
+    "acos": _arc_cosine,
+    "atan": lambda u: u.by(u.value.atan(), 1 / (1 + u.value**2)),
+    "sinh": _hyperbolic_sine,
+    "cosh": _hyperbolic_cosine,
+    "sign": _sign,
+    "floor": _floor,
     "tanh": _tanh,
     "atan2": _angle,
     "hypot": _hypot,

@@ -3,8 +3,8 @@
 Parts of the bounds without a value, or beyond the largest number, are seen at a grid of places. Poles are points, lines
 and sheets between these: they are where a divisor is zero, or what a logarithm is taken of. Boxes are parted in eight
 again and again and kept where that may be, by interval arithmetic; from what is left the place is sought at which it is
-least, and this is a pole where only rounding is left of it. Cuts, across which an angle makes F jump, are seen between
-places of the grid.
+least, and this is a pole where only rounding is left of it. Cuts, across which an angle, a sign or a floor makes F
+jump, are seen between places of the grid.
 """
 
 from __future__ import annotations
@@ -34,6 +34,16 @@ _POLES = {  # what they are, and what to write instead
     "log": ("a logarithm of 0", "Keep its operand from 0, log(max(u, 1e-30)) for log(u)"),
     "tan": ("a tangent of a right angle", "Write sin(u)/cos(u) < c as sin(u) - c*cos(u), where cos(u) > 0"),
 }
+_WALL = "Cut the solid by a surface of its own there, max(F, G) with G = 0 on the jump"
+_JUMPS = {
+    "atan2": (
+        "the turn of an angle, atan2",
+        "Take whole multiples of the angle through sin or cos, which go on smoothly",
+    ),
+    "sign": ("the change of a sign", _WALL),
+    "floor": ("a step of a floor, which mod has, too", _WALL),
+}
+_HALVINGS = 45  # of the way between two places of the grid, to the jump between them
 _AROUND = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 3)] * 3), axis=-1).reshape(-1, 3)
 
 
@@ -72,13 +82,13 @@ def value_spots(scene: Scene, number: int) -> Iterator[tuple[str, str]]:
             f"F has a pole, {what}, such as {place}; rays that meet it may end undecided. {instead}, or let "
             "lens.bounds leave it out",
         )
-    if cuts := _cuts(expression, values, bounds):
+    for first, (op, cuts) in enumerate(_cuts(expression, values, bounds)):
+        what, instead = _JUMPS[op]
         place, _ = place_in_view(scene, number, cuts)
         yield (
-            "jump",
-            f"F jumps by the turn of an angle, atan2, such as {place}: it is never 0 there, and rays that enter or "
-            "leave the solid by that cut end undecided. Take whole multiples of the angle through sin or cos, which go "
-            "on smoothly, or let lens.bounds leave the cut out",
+            f"jump-{op}" if first else "jump",
+            f"F jumps by {what}, such as {place}: it is never 0 there, and rays that enter or leave the solid by that "
+            f"cut end undecided. {instead}, or let lens.bounds leave the cut out",
         )
 
 
@@ -128,18 +138,39 @@ def _poles(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box)
 
 
 @lru_cache(maxsize=1024)
-def _cuts(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box) -> Points:
-    """Return places between those of the grid where an angle turns over of which F may jump."""
+def _cuts(expression: Expr, values: tuple[tuple[str, float], ...], bounds: Box) -> tuple[tuple[str, Points], ...]:
+    """Return the operations by which F jumps, and places between those of the grid where it does, the inmost first.
+
+    An angle jumps where it turns over. A sign or a floor counts only where F has another sign on the two sides.
+    """
     low, high = (np.asarray(corner, dtype=np.float64) for corner in bounds)
-    found = [np.zeros((0, 3))]
-    for angle in jumps(expression):
-        y, x = (np.broadcast_to(on_grid(each, values, bounds), (PLACES,) * 3) for each in angle.args)
+    found: dict[str, list[Array]] = {}
+    for jump in jumps(expression):
+        if not jump.depends_on("xyz"):
+            continue
+        parts = [np.broadcast_to(on_grid(each, values, bounds), (PLACES,) * 3) for each in (jump, *jump.args)]
         for axis in range(3):
-            here, there = (np.take(y, range(first, first + PLACES - 1), axis) for first in (0, 1))
-            behind = np.take(x, range(PLACES - 1), axis) < 0.0
-            unit = (np.argwhere(((here < 0.0) != (there < 0.0)) & behind) + 0.5 * np.eye(3)[axis]) / (PLACES - 1)
-            found.append(low + unit * (high - low))
-    return _inmost(np.concatenate(found), low, high)
+            step, first, *second = ([np.take(part, range(i, i + PLACES - 1), axis) for i in (0, 1)] for part in parts)
+            if jump.op == "atan2":
+                over = ((first[0] < 0.0) != (first[1] < 0.0)) & (second[0][0] < 0.0)
+                at = low + (np.argwhere(over) + 0.5 * np.eye(3)[axis]) / (PLACES - 1) * (high - low)
+            else:
+                sides = (low + (np.argwhere(step[0] != step[1]) + i * np.eye(3)[axis]) / (PLACES - 1) * (high - low)
+                         for i in (0, 1))  # fmt: skip
+                at = _walls(expression, jump, dict(values), *sides)
+            if len(at):
+                found.setdefault(jump.op, []).append(at)
+    return tuple((op, _inmost(np.concatenate(places), low, high)) for op, places in found.items())
+
+
+def _walls(expression: Expr, jump: Expr, given: dict[str, float], first: Array, second: Array) -> Array:
+    """Return where F has another sign on the two sides of a jump, which lies between points, shape (N, 3)."""
+    start = value_at(jump, given, first)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (first + second)
+        before = (value_at(jump, given, middle) == start)[:, None]
+        first, second = np.where(before, middle, first), np.where(before, second, middle)
+    return first[value_at(expression, given, first) * value_at(expression, given, second) < 0.0]
 
 
 def _divisors(expression: Expr) -> dict[Expr, str]:

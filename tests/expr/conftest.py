@@ -50,7 +50,14 @@ MEANING: dict[str, Callable[..., Any]] = {
     "cos": mpmath.cos,
     "tan": mpmath.tan,
     "atan2": mpmath.atan2,
+    "asin": mpmath.asin,
+    "acos": mpmath.acos,
+    "atan": mpmath.atan,
+    "sinh": mpmath.sinh,
+    "cosh": mpmath.cosh,
     "tanh": mpmath.tanh,
+    "sign": mpmath.sign,
+    "floor": mpmath.floor,
     "hypot": mpmath.hypot,
     "pow": _real_power,
     "norm": _norm,
@@ -59,6 +66,7 @@ MEANING: dict[str, Callable[..., Any]] = {
 
 _POSITIVE = (0.0, 4.0)
 _DOMAIN = {"sqrt": [_POSITIVE], "log": [_POSITIVE], "pow": [_POSITIVE, (-3.0, 3.0)], "exp": [(-20.0, 20.0)]}
+_DOMAIN |= {name: [(-1.0, 1.0)] for name in ("asin", "acos")} | {name: [(-20.0, 20.0)] for name in ("sinh", "cosh")}
 _DOMAIN |= {name: [(-4.0, 4.0), (-4.0, 4.0), (1.0, 10.0)] for name in ("norm", "norm_slope")}
 
 

@@ -60,6 +60,8 @@ def test_the_derivative_of_every_row_is_its_slope(sample, exact):
 def test_a_wrong_derivative_in_the_table_would_be_seen(sample, exact):
     """The broken twin: half the derivative fails the comparison that the test above makes."""
     values = sample.points(np.random.default_rng(6), 40)
+    if sample.name in ("sign", "floor"):
+        pytest.skip("its slope is 0, and so is half of it")
     name = next(iter(reversed(sample.domain)))
     half = 0.5 * evaluate(differentiate(sample.expr, name), values)
     slopes = []
@@ -118,4 +120,4 @@ def test_what_is_no_polynomial_has_no_coefficients(text):
 
 
 def test_every_row_is_covered_here():
-    assert len(OPERATIONS) == 23
+    assert len(OPERATIONS) == 30

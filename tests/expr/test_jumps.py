@@ -15,6 +15,7 @@ SMOOTH = (
     "cos(atan2(y, x)/0.5 - k)",
     "exp(sin(4*(atan2(y, x) + x)))",
 )
+STEPPING = ("sign(x)", "floor(3*x) + y", "mod(x + 0.25, 0.5)^2", "x*sign(x)", "max(z, mod(x, y))")
 JUMPING = (
     "atan2(y, x)",
     "atan2(y, x) + z",
@@ -39,6 +40,13 @@ def test_other_angles_jump(text: str) -> None:
     (angle,) = jumps(parse(text, NAMES))
     assert str(angle) == "atan2(y, x)"
     assert gap(text) > 1e-3 or text.startswith("max(abs")  # of which the two sides are alike, and nothing is known
+
+
+@pytest.mark.parametrize("text", STEPPING)
+def test_every_sign_and_floor_may_jump(text: str) -> None:
+    (step,) = jumps(parse(text, NAMES))
+    assert step.op == ("sign" if "sign" in text else "floor")
+    assert str(step) in str(parse(text, NAMES))
 
 
 def gap(text: str) -> float:

@@ -11,7 +11,18 @@ import pytest
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from lenscl.expr import Facts, degree, evaluate, never_negative, number, parse, root_polynomial, sign_form, symbol
+from lenscl.expr import (
+    OPERATIONS,
+    Facts,
+    degree,
+    evaluate,
+    never_negative,
+    number,
+    parse,
+    root_polynomial,
+    sign_form,
+    symbol,
+)
 from lenscl.expr.graph import Expr, node
 from lenscl.expr.identities import IDENTITIES, Identity
 from lenscl.expr.sign_rules import OUTER, Outer
@@ -34,6 +45,7 @@ POOL = [
     ),
     *(number(value) for value in (2.0, -0.5, 0.3)),
 ]
+SHARE = parse("z/sqrt(x^2 + y^2 + z^2)", NAMES)  # between -1 and 1, where there is one
 LEVELS: list[Any] = [*(Fraction(c) for c in (0, 0.3, -0.3, 0.7, 1.5, -2)), k, parse("0.5*k", NAMES)]
 
 
@@ -57,8 +69,8 @@ def _operations(op: str) -> Any:
         return ([u, number(n)] for u in POOL for n in (2.0, 3.0, 4.0, 5.0, 6.0))
     if op == "pow":
         return ([u, number(p)] for u in [*POOL, node("power", x, number(4.0))] for p in (0.5, 0.75, 1.5, -0.25))
-    if op in ("neg", "sqrt", "cbrt", "abs", "exp", "log", "tanh"):
-        return ([u] for u in POOL)
+    if OPERATIONS[op].arity == 1:
+        return ([u] for u in (*POOL, SHARE))
     if op == "*":
         sizes = ([u, node("sqrt", node("abs", u))] for u in POOL)
         return itertools.chain(itertools.product(POOL[::2], POOL[::3]), ([node("abs", u), u] for u in POOL), sizes)
@@ -145,6 +157,21 @@ FORMS = {
     f"max({F}, x^2 + y^2 + z^2 - 1.4)": F,
     f"max(x^2 + y^2 + z^2 - 1.4, tanh({F}), z - 0.3)": f"max({F}, z - 0.3)",
     "min(x^2 + y^2 + z^2 - 0.5, x^2 + y^2 + (z - 0.1)^2 - 0.2)": "x^2 + y^2 + z^2 - 0.5",
+    # The words that have an inverse
+    f"atan(2*{F})": F,
+    f"sinh({F}) + sinh(z - 0.3)": f"{F} + (z - 0.3)",
+    f"atan({F}) - atan(y)": f"{F} - y",
+    f"sinh({F})*abs(atan({F}))": F,
+    f"sign({F})": F,
+    f"0.5 - sign({F})": f"-{F}",
+    "floor(x^2 + y^2 + z^2) - 0.5": "x^2 + y^2 + z^2 - 1",
+    "floor(4*x^2 + 4*y^2 + 4*z^2) - 2.5": "4*x^2 + 4*y^2 + 4*z^2 - 3",
+    "cosh(x^2 + y^2) - 1.5": "x^2 + y^2 - 0.9624236501192069",
+    "cosh(2*x) - 1.5": "abs(2*x) - 0.9624236501192069",
+    "asin(0.5*x) - 0.25": "0.5*x - 0.24740395925452294",
+    "acos(z/sqrt(x^2 + y^2 + z^2)) - 0.5": "-(z/sqrt(x^2 + y^2 + z^2) - 0.8775825618903728)",
+    "acos(z/hypot(hypot(x, y), z)) - 0.5": "-(z/hypot(hypot(x, y), z) - 0.8775825618903728)",
+    "asin(-x/hypot(x, y)) + 0.5": "-(x/hypot(x, y)) + 0.479425538604203",
     "sqrt(x + 1.5) - 1": "x + 0.5",  # x + 1.5 is positive in the box
     "log(x + 1.5)": "x + 0.5",
 }
@@ -180,6 +207,16 @@ KEPT = [
         f"{F}/(1 + sqrt(x))",
         "sqrt(x)*sqrt(x) - 0.2",
         "x^2 - sqrt(y)",
+        # An arc sine that may end in the box, a floor on a whole level, a sign of which 1 is no jump
+        "asin(x) - 0.3",
+        "acos(z/sqrt(x^2 + y^2 + 0.5*z^2)) - 0.5",
+        "floor(x + y) - 1",
+        # At 0 in a whole region, where the sign less a half is negative
+        "sign(max(x, 0)) - 0.5",
+        "floor(min(x + y, 1)) - 0.5",
+        f"sign({F}) - 1",
+        "cosh(x) - 1",
+        "mod(x, 0.3) - 0.1",
         "sqrt(k*x^2) - 1",
     ),
 ]
@@ -233,7 +270,15 @@ ROUND = st.sampled_from(
     [
         *("tanh({k}*({u}))", "exp({u}) - 1", "({u})**3", "cbrt({u})", "{k}*({u})", "({u})/{k}", "-(-({u}))"),
         *("({u})/(1 + x^2)", "({u})*exp(y)", "log(1 + ({u})^2) - log(1 + ({u})^2) + ({u})", "-tanh(-({u}))"),
-        *("tanh({u}) + 0*x", "({u})/sqrt(1.5 + x*y)", "max({u}, ({u}) - {k})", "min(cbrt({u}), ({u}) + {k})"),
+        *(
+            "sinh({u})",
+            "atan({u})",
+            "sign({u})",
+            "tanh({u}) + 0*x",
+            "({u})/sqrt(1.5 + x*y)",
+            "max({u}, ({u}) - {k})",
+            "min(cbrt({u}), ({u}) + {k})",
+        ),
     ]
 )
 
@@ -255,6 +300,7 @@ SEEDS = st.sampled_from(["x", "y", "z", "k", "0.5", "2", "x^2", "y^2 + z^2", "x^
 SHAPES = [
     *("tanh({u})", "exp({u})", "sqrt({u})", "cbrt({u})", "log({u})", "({u})**3", "({u})**2", "abs({u})", "-({u})"),
     *("({u}) + ({v})", "({u}) - ({v})", "({u})*({v})", "({u})/({v})", "max({u}, {v})", "min({u}, {v})"),
+    *("asin({u})", "acos({u})", "atan({u})", "sinh({u})", "cosh({u})", "sign({u})", "floor({u})", "mod({u}, 0.7)"),
     *("hypot({u}, {v})", "pow({u}, 0.5)", "pow({u}, 1.5)", "sqrt({u}) - ({v})", "log({u}) - 0.3", "exp({u}) - 1"),
 ]
 TREES = st.recursive(

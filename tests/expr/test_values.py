@@ -6,7 +6,7 @@ from collections import Counter
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from lenscl.expr import OPERATIONS, bounds, evaluate, evaluate_with_error, parse
@@ -36,6 +36,24 @@ def test_every_row_means_what_another_program_says_it_means(sample, exact):
         assert value == pytest.approx(want, rel=4e-15, abs=1e-300)
         checked += 1
     assert checked == 200
+
+
+@given(u=st.floats(-1e6, 1e6), v=st.floats(1e-3, 1e3) | st.floats(-1e3, -1e-3))
+def test_the_remainder_is_that_of_python_with_the_sign_of_the_divisor(u, v):
+    (value,), (error,) = (
+        np.atleast_1d(each) for each in evaluate_with_error(parse("mod(x, y)", "xy"), {"x": u, "y": v})
+    )
+    assert math.isclose(parse(f"mod({u!r}, {v!r})".replace("(-", "(0 - ").replace(", -", ", 0 - "), "x").value, u % v)
+    away = min(u % v / v, 1 - u % v / v)
+    event("beside a jump" if away < 1e-6 else "between jumps")
+    assert abs(value - u % v) <= error
+    assert min(0.0, v) - error <= value <= max(0.0, v) + error
+    assert away < 1e-6 or error <= 1e-14 * (abs(u) + abs(v))
+
+
+def test_signs_are_those_of_the_operand_and_the_sign_of_0_is_0():
+    values = evaluate(parse("sign(x)", "x"), {"x": np.array([-2.0, -1e-300, -0.0, 0.0, 5e-324, np.inf, np.nan])})
+    np.testing.assert_array_equal(values, [-1, -1, 0, 0, 1, 1, np.nan])
 
 
 def test_values_broadcast_and_keep_their_shape():

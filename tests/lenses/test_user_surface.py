@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import ast
+import math
 import pickle
 import re
 
@@ -69,6 +70,15 @@ def test_words_of_c_may_be_parameters():
     assert list(made.problems({"half": 0.5, "double": 0.5, "VW": 1.0})) == []
 
 
+def test_a_number_of_the_users_own_called_pi_takes_the_place_of_the_constant():
+    own = user_surface("x^2 + y^2 + z^2 - pi", ["pi"], CUBE)
+    assert [each.name for each in own.parameters] == ["pi"]
+    assert own.expression.depends_on(["pi"])
+    constant = user_surface("x^2 + y^2 + z^2 - pi/8", [], CUBE)
+    assert not constant.parameters
+    assert str(constant.expression).endswith(f"- {math.pi / 8!r}")
+
+
 def test_a_parameter_that_is_not_finite_is_named():
     made = user_surface("x^2 + y^2 + z^2 - k", ["k"], CUBE)
     assert [key for key, _ in made.problems({"k": float("nan")})] == ["k"]
@@ -82,6 +92,8 @@ def test_a_parameter_that_is_not_finite_is_named():
         ("x", "coordinates"),
         ("sqrt", "function"),
         ("pow", "function"),
+        ("mod", "function"),
+        ("floor", "function"),
         ("lambda", "cannot be read"),
         ("if", "cannot be read"),
         ("_k", "letter"),

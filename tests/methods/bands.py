@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from probe import Probe
 
 from lenscl.codegen import fragment
-from lenscl.expr import Expr, band_text
+from lenscl.expr import OPERATIONS, Expr, band_text
 from lenscl.methods import METHODS
 
 Array = NDArray[Any]
@@ -39,7 +39,9 @@ class Bands:
             text = band_text({"band": expr}, symbols=SYMBOLS, bands="xyz", precision=precision)  # type: ignore[arg-type]
             body += ["{", *text.statements, f"const band_t c = {text.results['band']};"]
             body += [f"out_{3 * i} = c.mid; out_{3 * i + 1} = c.rise; out_{3 * i + 2} = c.error;", "}"]
-        words = "\n".join(fragment(name) for name in ("norms.cl", *METHODS["interval"].words, "interval_norms.cl"))
+        more = tuple(dict.fromkeys(name for row in OPERATIONS.values() for name in row.fragments))
+        bands = (f"interval_{name}" for name in more)
+        words = "\n".join(fragment(name) for name in (*more, *METHODS["interval"].words, *bands))
         count = 3 * len(expressions)
         before = edit(words) if edit else words
         self._probe = Probe((), "\n".join(body), 10, count, precision, width, before, is_plain=edit is not None)

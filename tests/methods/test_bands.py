@@ -20,6 +20,7 @@ Array = NDArray[Any]
 X, Y, Z, K = (symbol(name) for name in ("x", "y", "z", "k"))
 COUNT = 4096
 FLAT = node("*", K, K)
+CLAMPED = node("min", node("max", X, number(-1.0)), number(1.0))
 
 
 def norm(u: Any, v: Any, p: Any) -> Any:
@@ -59,6 +60,17 @@ CASES: dict[str, tuple[Expr, Callable[..., Any], str]] = {
     "cos": (node("cos", X), lambda x, y, z, k: np.cos(x), ""),
     "tan": (node("tan", X), lambda x, y, z, k: np.tan(x), ""),
     "atan2": (node("atan2", X, Y), lambda x, y, z, k: np.arctan2(x, y), ""),
+    "asin": (node("asin", X), lambda x, y, z, k: np.arcsin(x), "1"),
+    "acos": (node("acos", X), lambda x, y, z, k: np.arccos(x), "1"),
+    "asin within": (node("asin", CLAMPED), lambda x, y, z, k: np.arcsin(np.clip(x, -1, 1)), ""),
+    "acos within": (node("acos", CLAMPED), lambda x, y, z, k: np.arccos(np.clip(x, -1, 1)), ""),
+    "atan": (node("atan", X), lambda x, y, z, k: np.arctan(x), ""),
+    "sinh": (node("sinh", X), lambda x, y, z, k: np.sinh(x), ""),
+    "cosh": (node("cosh", X), lambda x, y, z, k: np.cosh(x), ""),
+    "sign": (node("sign", X), lambda x, y, z, k: np.sign(x), ""),
+    "sign of a number": (node("sign", node("+", X, node("sign", K))), lambda x, y, z, k: np.sign(x + np.sign(k)), ""),
+    "floor": (node("floor", X), lambda x, y, z, k: np.floor(x), ""),
+    "floor of a number": (node("*", X, node("floor", K)), lambda x, y, z, k: x * np.floor(k), ""),
     "tanh": (node("tanh", X), lambda x, y, z, k: np.tanh(x), ""),
     "hypot": (node("hypot", X, Y), lambda x, y, z, k: np.hypot(x, y), ""),
     "pow": (node("pow", X, K), lambda x, y, z, k: np.power(x, k), "+"),
@@ -78,6 +90,9 @@ def drawn(rng: np.random.Generator, dtype: Any, sign: str) -> Array:
     width = np.abs(mid) * 10.0 ** rng.uniform(-9, 0.5, COUNT)
     if sign == "+":
         mid, width = np.abs(mid), np.minimum(width, 0.6 * np.abs(mid))
+    if sign == "1":  # up to 1 in size, some all the way
+        mid = np.where(np.abs(mid) < 1.0, mid, 1.0 / mid)
+        width = np.minimum(width, rng.choice([0.6, 0.99], COUNT) * (1.0 - np.abs(mid)))
     rise = rng.choice([-1.0, 0.0, 1.0], COUNT) * width
     error = rng.choice([0.0, 1e-3, 1.0], COUNT) * width * 0.5
     return np.stack([mid, rise, error], 1).astype(dtype).astype(np.float64)
@@ -93,7 +108,7 @@ def violations(
 ) -> dict[str, tuple[int, int]]:
     """Return, for each case, how many values lie outside their band, and how many bands say anything."""
     result = {}
-    for sign in ("", "+"):
+    for sign in ("", "+", "1"):
         chosen = [name for name in names if CASES[name][2] == sign]
         if not chosen:
             continue
@@ -198,7 +213,7 @@ BROKEN = {
     "the bend of a product": ("(abs_v(bend) + size_a", "(size_a", ("*",)),
     "the bend of a square": ("(bend + (realv)2", "((realv)2", ("square",)),
     "a kink taken as a line": ("HALF * room +", "", ("abs", "min", "max")),
-    "curvature forgotten": ("* bend +", "* (realv)0 +", ("exp", "log", "tan", "tanh", "pow")),
+    "curvature forgotten": ("* bend +", "* (realv)0 +", ("exp", "log", "tan", "tanh", "pow", "asin", "atan", "sinh")),
     "a wave taken as a line": ("(falls + bends) * LOOSEN +", "", ("sin", "cos")),
     "the tangent forgotten": ("(HALF * LOOSEN) * abs_v(bulge) +", "", ("sqrt", "cbrt", "/", "hypot")),
     "a norm taken as its chord": ("(abs_v(HALF * end + HALF * start - value) + (", "((", ("norm", "norm 1")),

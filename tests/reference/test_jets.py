@@ -29,6 +29,12 @@ FORMS: dict[str, Any] = {
     "sin(x)*cos(y)": lambda x, y: mpmath.sin(x) * mpmath.cos(y),
     "tan(x/4) + tanh(y)": lambda x, y: mpmath.tan(x / 4) + mpmath.tanh(y),
     "atan2(x, y + 3)": lambda x, y: mpmath.atan2(x, y + 3),
+    "asin(x/3)*acos(y/3) + atan(x*y)": lambda x, y: mpmath.asin(x / 3) * mpmath.acos(y / 3) + mpmath.atan(x * y),
+    "sinh(x)*cosh(y)": lambda x, y: mpmath.sinh(x) * mpmath.cosh(y),
+    "sign(x)*y": lambda x, y: mpmath.sign(x) * y,
+    "floor(x)*y + mod(y, 0.7)": lambda x, y: (
+        mpmath.floor(x) * y + y - mpmath.mpf(0.7) * mpmath.floor(y / mpmath.mpf(0.7))
+    ),
     "hypot(x, y + 3)": lambda x, y: mpmath.hypot(x, y + 3),
     "pow(x + 3, y)": lambda x, y: (x + 3) ** y,
     # What is nowhere negative is raised, and its root taken, on balls that reach below 0
@@ -39,6 +45,7 @@ FORMS: dict[str, Any] = {
     "pow(abs(x)*abs(y), 0.25)": lambda x, y: abs(x * y) ** mpmath.mpf(0.25),
 }
 NO_SLOPE = ("cbrt", "sqrt(abs", "0.25")  # on a ball that holds a 0 of what the root is taken of
+JUMPING = ("sign", "floor")  # no slope on a ball that holds a jump
 WHOLE = st.integers(-2000, 2000).map(lambda k: k / 1000)
 
 
@@ -70,6 +77,9 @@ def test_a_jet_encloses_value_and_slope_at_every_point_of_its_ball(
             difference = (meaning(*ahead) - meaning(*behind)) / (2 * step)
             if not slope.is_finite():
                 event("no slope")
+                if any(each in text for each in JUMPING):
+                    assert min(abs(u - round(u)) for u in (x, y, y / 0.7)) <= 2 * radius + 1e-15
+                    continue
                 assert any(each in text for each in NO_SLOPE), "only at a root's zero"
                 assert min(abs(x), abs(y)) <= 4 * radius  # balls of products are wider than need be
             elif abs(difference) < 2**20:
@@ -114,8 +124,22 @@ def test_a_norm_is_enclosed_with_its_slopes(
 
 def test_what_is_undefined_somewhere_on_a_ball_is_not_finite() -> None:
     wide = {"x": Jet(arb(0, 1), (arb(1),))}
-    for text in ("1/x", "log(x)", "sqrt(x)", "pow(x, 0.5)"):
+    for text in ("1/x", "log(x)", "sqrt(x)", "pow(x, 0.5)", "asin(3*x)", "acos(3*x)", "mod(1, x)"):
         assert not jet(parse(text, ["x"]), wide).value.is_finite(), text
+
+
+def test_no_slope_is_told_across_a_jump_and_no_value_between_its_sides_is_left_out() -> None:
+    wide, level = Jet(arb(0, 0.25), (arb(1),)), Jet(arb(0.5, 0.25), (arb(1),))
+    for text, low, high in (("sign(x)", -1, 1), ("floor(x)", -1, 0)):
+        across, beside = (jet(parse(text, ["x"]), {"x": at}) for at in (wide, level))
+        assert across.value.contains(arb(low))
+        assert across.value.contains(arb(high))
+        assert not across.slopes[0].is_finite()
+        assert beside.value == high
+        assert beside.slopes[0].is_zero()
+    assert not jet(parse("sign(x)", ["x"]), {"x": Jet(arb(0), (arb(1),))}).slopes[0].is_finite()
+    number_of_a_user = {"x": Jet(arb(0), (arb(0),))}  # in which nothing moves
+    assert jet(parse("sign(x)", ["x"]), number_of_a_user).slopes[0].is_zero()
 
 
 def _walked(text: str) -> Any:

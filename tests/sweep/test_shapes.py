@@ -69,6 +69,14 @@ FOUND = [
     ("crease", {"surface": "superellipsoid", "e1": 2.0}, {"surface": "superellipsoid", "e1": 0.5}),
     ("crease", expression("x^2+y^2+z^2-1 + sin(abs(x))/4"), expression("x^2+y^2+z^2-1 + sin(abs(x - 1.5))/4")),
     ("crease", expression("(x^2+y^2+z^2-1)*(1 + abs(x)) + y/9"), expression("(x^2+y^2+z^2-1)*(1 + abs(x))")),
+    *(
+        ("jump", expression(f"max({jumping}, x^2+y^2+z^2-0.9)"), expression(f"max({smooth}, x^2+y^2+z^2-0.9)"))
+        for jumping, smooth in (
+            ("y - 0.3*sign(x)", "y - 0.3*sign(x - 2)"),
+            ("z - 0.25*floor(4*x)", "z - abs(x)*sign(x)"),
+            ("mod(x, 0.4) - 0.2", "(mod(x + 0.25, 0.5) - 0.25)^2 + y^2 - 0.04"),
+        )
+    ),
     ("jump", expression("max(atan2(z, y) + 2.9, x^2+y^2+z^2-0.5)"), expression("max(atan2(z, y+4), x^2+y^2+z^2-0.5)")),
     (
         "jump",
