@@ -17,6 +17,9 @@ OPTICS = (
     *("conic_singlet", "even_asphere_singlet"),
 )
 CATALOGUE = SHAPES + OPTICS
+BENT = ("biconcave", "half_ball", "drum", "cylindrical_singlet", "toroidal_singlet", "asphere_singlet")
+FLAT = ("box", "wedge", "polyhedron", "brilliant")
+EVERY = CATALOGUE + BENT + FLAT
 
 
 def make_scene(

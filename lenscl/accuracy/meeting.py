@@ -106,7 +106,7 @@ class Glass:
         self._extent = (self._placement.box[1] - self._placement.box[0])[:, None]
         surface = self.lens.surface
         form = surface.sign_polynomial(self.lens.values)
-        method = choose("auto", is_polynomial=form is not None)
+        method = choose("auto", is_polynomial=form is not None, is_polyhedron=bool(surface.planes))
         assert method is not None, "auto serves every surface"
         self._ending = method.ending_for(surface.degree)
         is_whole = form is not None and method.wants_polynomial

@@ -12,7 +12,7 @@ import click
 from lenscl.cli.group import json_option
 
 if TYPE_CHECKING:
-    from lenscl.lenses import Surface
+    from lenscl.lenses import Parameter, Surface
 
 
 @click.command()
@@ -106,29 +106,48 @@ def doctor(as_json: bool) -> None:
 
 
 def _lines(surface: Surface) -> Iterator[str]:
+    from lenscl.lenses import FEWEST_PLANES, MOST_PLANES, OCTAHEDRON
+
     yield surface.formula
+    if surface.given_as:
+        yield f"{surface.given_as} = {[list(plane) for plane in OCTAHEDRON]}: {FEWEST_PLANES} to {MOST_PLANES} of them"
     for parameter in surface.parameters:
         low = "(" if parameter.low_open else "["
         values = f"{parameter.default:g} in {low}{parameter.low:g}, {parameter.high:g}]"
         yield f"{parameter.name} = {values}: {parameter.meaning}"
+    for first, last, meaning in _ranges(surface):
+        yield f"{first} ... {last} = 0 where left out: {meaning}"
     yield f"source: {surface.source}"
 
 
+def _ranges(surface: Surface) -> Iterator[tuple[str, str, str]]:
+    """Yield the optional parameters that differ in a number only: the first, the last, and what the first is."""
+    letters = dict.fromkeys(parameter.name.rstrip("0123456789") for parameter in surface.optional)
+    for letter in letters:
+        own = [each for each in surface.optional if each.name.rstrip("0123456789") == letter]
+        yield own[0].name, own[-1].name, own[0].meaning.replace("r^1 ", "r^1 and so on ")
+
+
 def _described(surface: Surface) -> dict[str, Any]:
+    from lenscl.lenses import OCTAHEDRON
+
     return {
         "name": surface.name,
         "summary": surface.summary,
         "formula": surface.formula,
         "source": surface.source,
-        "parameters": [
-            {
-                "name": parameter.name,
-                "default": parameter.default,
-                "low": parameter.low,
-                "high": parameter.high,
-                "low_open": parameter.low_open,
-                "meaning": parameter.meaning,
-            }
-            for parameter in surface.parameters
-        ],
+        "parameters": [_number(parameter) for parameter in surface.parameters],
+        **({"optional": [_number(parameter) for parameter in surface.optional]} if surface.optional else {}),
+        **({surface.given_as: [list(plane) for plane in OCTAHEDRON]} if surface.given_as else {}),
+    }
+
+
+def _number(parameter: Parameter) -> dict[str, Any]:
+    return {
+        "name": parameter.name,
+        "default": parameter.default,
+        "low": parameter.low,
+        "high": parameter.high,
+        "low_open": parameter.low_open,
+        "meaning": parameter.meaning,
     }

@@ -26,6 +26,7 @@ from lenscl.expr import (
 )
 from lenscl.expr.graph import node, walk
 from lenscl.expr.jumps import STEPS
+from lenscl.expr.planar import MOST_PLANES
 from lenscl.expr.poles import OneSided, one_sided
 from lenscl.lenses import Surface
 
@@ -103,12 +104,12 @@ def _replaced(expr: Expr, symbols: Mapping[Expr, Expr]) -> Expr:
 
 def leaves_of(surface: Surface) -> tuple[Expr, ...]:
     """Return the smooth leaves of F, as search_interval.cl numbers them."""
-    return faces_of(surface)[1]
+    return tuple(creased(surface.expression, _MOST_LEAVES)[1].values())
 
 
 def faces_of(surface: Surface) -> tuple[Expr, tuple[Expr, ...]]:
-    """Return F as max and min of leaf_0, leaf_1, ..., and these leaves."""
-    joined, leaves = creased(surface.expression, _MOST_LEAVES)
+    """Return F as max and min of leaf_0, leaf_1, ..., and these leaves: of a polyhedron all its planes."""
+    joined, leaves = creased(surface.expression, MOST_PLANES if surface.planes else _MOST_LEAVES)
     return joined, tuple(leaves.values())
 
 

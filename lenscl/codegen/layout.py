@@ -36,10 +36,13 @@ class Struct:
 
     c_name: str
     slots: tuple[Slot, ...]
+    is_shared: bool = False  # functions get its address, not a copy: an array of one structure
 
     def declare(self) -> str:
         """Return its typedef."""
         body = "\n".join(slot.declare() for slot in self.slots)
+        if self.is_shared:
+            return f"typedef const struct {{\n{body}\n}} {self.c_name}[1];\n"
         return f"typedef struct {{\n{body}\n}} {self.c_name};\n"
 
 

@@ -91,8 +91,9 @@ def _searched_surface(structure: Structure, prefix: str) -> Iterator[str]:
     yield generated("a surface, from its expression")
     if not is_mixed:
         yield from _isolated_surface(structure, prefix, prefix, structure.carried)
-    yield finish_functions(prefix, surface, method, structure.carried)
-    if structure.needs:
+    if not method.wants_planes:  # which have these functions in planes.cl
+        yield finish_functions(prefix, surface, method, structure.carried)
+    if structure.needs and not method.wants_planes:
         yield generated("what effects ask of the surface")
         yield surface_functions(prefix, surface, structure.needs, structure.carried)
     tolerance = "(realv)method->tolerance" if "tolerance" in method.reads else "(realv)0"

@@ -6,8 +6,12 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from lenscl.codegen.layout import EMPTY, Layout
 from lenscl.codegen.specialise import Structure, parameter_spelling
+from lenscl.lenses.planes import search_rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,8 +30,12 @@ class KernelSource:
         """A short digest of the text: equal keys, equal programs."""
         return hashlib.sha256(self.text.encode()).hexdigest()[:12]
 
-    def shape_values(self, lens: int, values: Mapping[str, float]) -> dict[str, float]:
-        """Return a lens's parameters by the names of its slots in the layout."""
+    def shape_values(self, lens: int, values: Mapping[str, float]) -> dict[str, ArrayLike]:
+        """Return a lens's parameters, or its planes, by the names of its slots in the layout."""
+        if self.structure.methods[lens].wants_planes:
+            eps = float(np.finfo(np.float32 if self.structure.carried == "single" else np.float64).eps)
+            rows, share = search_rows(self.structure.lenses[lens].planes, values, eps)
+            return {"share": share, "planes": rows.ravel()}
         spelling = parameter_spelling(self.structure.lenses[lens])
         return {c_name: values[name] for name, c_name in spelling.items()} or {EMPTY.name: 0.0}
 

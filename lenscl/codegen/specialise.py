@@ -15,6 +15,7 @@ from lenscl.codegen.fragments import Precision, carried
 from lenscl.codegen.layout import EMPTY, Layout, Member, Slot, Struct
 from lenscl.effects import Output, Variant
 from lenscl.lenses import Surface
+from lenscl.lenses.planes import WORDS
 from lenscl.methods import Method
 
 _RAY_WORDS = 11
@@ -74,8 +75,9 @@ class Structure:
 
     def is_mixed(self, prefix: str) -> bool:
         """Return whether a surface is searched in single precision before it is polished in double."""
-        closed_forms = self.method(prefix).closed_forms
-        return self.precision == "mixed" and self.surfaces()[prefix].degree not in closed_forms
+        method = self.method(prefix)
+        is_closed = method.wants_planes or self.surfaces()[prefix].degree in method.closed_forms
+        return self.precision == "mixed" and not is_closed
 
     def _first_alike(self, lens: int) -> int:
         """Return the first lens with the same surface and method."""
@@ -126,7 +128,12 @@ def lens_struct(structure: Structure) -> Struct:
 
 def layout(structure: Structure) -> Layout:
     """Return the numbers that a structure's kernel takes as arguments."""
-    shapes = {prefix: shape_struct(surface, f"{prefix}_t") for prefix, surface in structure.surfaces().items()}
+    shapes = {
+        prefix: planes_struct(surface, f"{prefix}_t")
+        if structure.method(prefix).wants_planes
+        else shape_struct(surface, f"{prefix}_t")
+        for prefix, surface in structure.surfaces().items()
+    }
     members = [
         Member("film", _FILM),
         Member("source", _SOURCES[structure.rays]),
@@ -161,6 +168,15 @@ def shape_struct(surface: Surface, c_name: str) -> Struct:
     spelling = parameter_spelling(surface)
     slots = tuple(Slot(spelling[parameter.name], 1, parameter.meaning) for parameter in surface.parameters)
     return Struct(c_name, slots or (EMPTY,))
+
+
+def planes_struct(surface: Surface, c_name: str) -> Struct:
+    """Return a polyhedron's planes as a C structure of that name."""
+    slots = (
+        Slot("share", 1, "of the sizes of a ray's coordinates: error of a plane's value"),
+        Slot("planes", WORDS * len(surface.planes), "a, b, c, d, d less its own error, that error; plane by plane"),
+    )
+    return Struct(c_name, slots, is_shared=True)
 
 
 def _free_name(name: str, taken: dict[str, Surface]) -> str:

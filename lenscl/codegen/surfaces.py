@@ -10,6 +10,7 @@ from lenscl.codegen.bands import band_functions, band_functions_twice, leaves_of
 from lenscl.codegen.text import Precision, function, shape_symbols, unlike
 from lenscl.expr import Expr, build, differentiate, gradient, number, symbol
 from lenscl.lenses import Surface
+from lenscl.lenses.planes import WORDS
 
 _COMMENT = 100  # characters of a formula that a comment shows
 _VECTOR = "const real3v g = {{{df_dx}, {df_dy}, {df_dz}}};\nreturn g;"
@@ -82,6 +83,11 @@ def _leaf_gradient(prefix: str, surface: Surface, precision: Precision) -> str:
     return function(signature, _slopes_of_leaf(surface), _VECTOR, _local(surface) | _leaf_symbol(surface), precision)
 
 
+def _planes(prefix: str, surface: Surface, _: Precision) -> str:
+    """Return the number of a polyhedron's planes; they themselves are arguments."""
+    return f"#define {prefix}_PLANES {len(surface.planes)}\n#define {prefix}_WORDS {WORDS}\n"
+
+
 WRITERS: dict[str, Callable[[str, Surface, Precision], str]] = {
     "f": _value,
     "f_gradient": _value_and_gradient,
@@ -90,6 +96,7 @@ WRITERS: dict[str, Callable[[str, Surface, Precision], str]] = {
     "leaf_f_gradient": _leaf_value_and_gradient,
     "leaf_gradient": _leaf_gradient,
     "along": along_functions,
+    "planes": _planes,
     "bands": band_functions,
     "bands_twice": band_functions_twice,
 }

@@ -40,7 +40,7 @@ from lenscl.config.tables import (
 )
 from lenscl.effects import EFFECTS, Value
 from lenscl.errors import LensclError
-from lenscl.lenses import Surface, catalogue, meant_as, surface, user_surface
+from lenscl.lenses import OCTAHEDRON, Surface, catalogue, meant_as, plane_values, polyhedron, surface, user_surface
 from lenscl.materials import index_problems
 
 T = TypeVar("T", bound=Table)
@@ -330,7 +330,7 @@ def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> Lens | No
     made = _surface(read, at, report)
     if made is None or len(problems) > before:
         return None
-    given = read.model_extra or {}
+    given = plane_values(read.planes) if read.planes is not None else read.model_extra or {}
     values = {parameter.name: given.get(parameter.name, parameter.default) for parameter in made.parameters}
     for key, what in made.problems(values):
         report(f"{at}.{key}: {what}")
@@ -340,6 +340,7 @@ def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> Lens | No
         name=read.name,
         formula=read.surface,
         bounds=read.bounds,
+        planes=read.planes,
         surface=made,
         values=Frozen(values),
         centre=read.centre,
@@ -356,7 +357,7 @@ def _known_keys(table: dict[str, Any], formula: str, at: str, report: Report) ->
     """Report the keys that are neither of the lens table nor parameters of its surface; return the others."""
     extra = [key for key in table if key not in LENS_KEYS]
     if formula in catalogue():
-        parameters = [parameter.name for parameter in catalogue()[formula].parameters]
+        parameters = [*catalogue()[formula].keys]
     elif is_catalogue_name(formula):
         return {key: value for key, value in table.items() if key in LENS_KEYS}  # no telling: the surface is unknown
     else:
@@ -365,9 +366,10 @@ def _known_keys(table: dict[str, Any], formula: str, at: str, report: Report) ->
         for key in (key for key in extra if key in COORDINATES):
             report(f"{at}.{key}: x, y and z are the coordinates; give the parameter another name")
         extra = [key for key in extra if key not in COORDINATES]
+    known = [key for key in LENS_KEYS if key != "planes" or formula == "polyhedron"]  # of the others it is told apart
     own = {*parameters, *LENS_KEYS}
     for key in [key for key in extra if key not in own][:MOST_PROBLEMS]:
-        report(unknown_key(at, key, (*parameters, *LENS_KEYS)))
+        report(unknown_key(at, key, (*parameters, *known)))
     return {key: value for key, value in table.items() if key in own}
 
 
@@ -378,10 +380,16 @@ def is_catalogue_name(formula: str) -> bool:
 
 def _surface(lens: LensTable, at: str, report: Report) -> Surface | None:
     try:
+        if lens.planes is not None and lens.surface != "polyhedron":
+            report(f'{at}.planes: is only for surface = "polyhedron"; {short(lens.surface)} has none')
+            return None
         if is_catalogue_name(lens.surface):
             if lens.bounds is not None and lens.surface in catalogue():
                 report(f"{at}.bounds: is only for expressions; {short(lens.surface)} knows its own")
-            return surface(lens.surface)
+            if lens.surface == "polyhedron":
+                return polyhedron(lens.planes or OCTAHEDRON)
+            made = surface(lens.surface)
+            return made.with_optional(lens.model_extra or {}) if made.with_optional else made
         made = _user_surface(lens.surface, tuple(sorted(lens.model_extra or {})), lens.bounds or _ANYWHERE)
     except LensclError as error:
         report(f"{at}.surface: {meant_as(lens.surface) or error}")

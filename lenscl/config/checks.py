@@ -17,6 +17,7 @@ from lenscl.config.accuracy import Accuracy
 from lenscl.config.problems import PARTS, as_plain, nearest, short, unknown_key
 from lenscl.effects import LISTED, WAVELENGTH_LIMITS
 from lenscl.errors import StudyError
+from lenscl.lenses import FEWEST_PLANES, MOST_PLANES
 from lenscl.materials import (
     ALIASES,
     CATALOGUE,
@@ -169,6 +170,25 @@ def check_box(value: Any) -> Box:
         if not b - a >= SHORTEST:
             raise wrong(f"must be {what}; along {axis} {a!r} is not below {b!r}")
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+
+def check_planes(value: Any) -> tuple[tuple[float, float, float, float], ...]:
+    """Return the planes of a polyhedron; a plane's normal has a length."""
+    what = f"{FEWEST_PLANES} to {MOST_PLANES} planes [a, b, c, d], the solid being where a x + b y + c z <= d"
+    value = as_plain(value)
+    if not isinstance(value, list | tuple) or not FEWEST_PLANES <= len(value) <= MOST_PLANES:
+        found = f"{len(value)} of them" if isinstance(value, list | tuple) else short(value)
+        raise wrong(f"must be {what}, got {found}")
+    planes = []
+    for place, entry in enumerate(value, 1):
+        try:
+            a, b, c, d = Numbers(4, 4, "four numbers [a, b, c, d]")(entry)
+        except PydanticCustomError as error:
+            raise wrong(f"must be {what}; plane {place} {error.message()}") from None
+        if not SHORTEST <= max(abs(a), abs(b), abs(c)) <= 1.0 / SHORTEST:
+            raise wrong(f"must be {what}; plane {place} must have a normal [a, b, c] that is not 0, got {short(entry)}")
+        planes.append((a, b, c, d))
+    return tuple(planes)
 
 
 def check_size(value: Any) -> tuple[int, int]:
@@ -337,6 +357,18 @@ Bounds = Annotated[
     Box,
     PlainValidator(check_box),
     WithJsonSchema({"type": "array", "items": VEC3_SCHEMA, "minItems": 2, "maxItems": 2}),
+]
+Planes = Annotated[
+    tuple[tuple[float, float, float, float], ...],
+    PlainValidator(check_planes),
+    WithJsonSchema(
+        {
+            "type": "array",
+            "items": {"type": "array", "items": {"type": "number"}, "minItems": 4, "maxItems": 4},
+            "minItems": FEWEST_PLANES,
+            "maxItems": MOST_PLANES,
+        }
+    ),
 ]
 Size = Annotated[
     tuple[int, int],

@@ -65,7 +65,7 @@ def places(document: dict[str, Any]) -> dict[str, Place]:
             parameters = dict.fromkeys(
                 [*(key for key in lens if key not in LENS_KEYS), *parameter_names(lens.get("surface"))]
             )
-            _add(found, prefix, lens, ["name", "surface", "bounds", *parameters, *_LENS_KEYS])
+            _add(found, prefix, lens, ["name", "surface", "bounds", "planes", *parameters, *_LENS_KEYS])
     _add(found, "effects", document["effects"], [*EFFECTS, ENVIRONMENT])
     _add(found, "numerics", document["numerics"], list(SCENE_TABLES["numerics"].model_fields))
     return found
@@ -76,7 +76,7 @@ def parameter_names(formula: Any) -> list[str]:
     if not isinstance(formula, str):
         return []
     if formula in catalogue():
-        return [parameter.name for parameter in catalogue()[formula].parameters]
+        return [*catalogue()[formula].keys]
     return [] if is_catalogue_name(formula) else [word for word in NAME.findall(formula) if word not in COORDINATES]
 
 
@@ -207,6 +207,8 @@ def _drop_old_surface(lens: dict[str, Any], new: str) -> None:
         lens.pop("bounds", None)
         old = catalogue().get(str(lens.get("surface")))
         defaults = {} if old is None else {parameter.name: parameter.default for parameter in old.parameters}
+    if new != "polyhedron":
+        lens.pop("planes", None)
     for key in [key for key in lens if key not in LENS_KEYS]:
         if key not in has or lens[key] == defaults.get(key):
             del lens[key]

@@ -136,7 +136,7 @@ class Lens:
     name: str | None
     formula: str
     bounds: Box | None
-    surface: Surface = field(compare=False, repr=False)  # made from formula and bounds
+    surface: Surface = field(compare=False, repr=False)  # made from formula and bounds, or planes
     values: Mapping[str, float]  # every parameter of the surface
     centre: Vec3
     stretch: Vec3
@@ -145,6 +145,7 @@ class Lens:
     absorption: Vec3 = (0.0, 0.0, 0.0)  # of red, green, blue, per scene unit of the world
     absorbs: bool = False  # opaque: no ray goes on from its surface
     priority: float = 0.0  # where solids overlap the highest is the medium
+    planes: tuple[tuple[float, float, float, float], ...] | None = None  # as given: `values` has their numbers
 
     @property
     def n(self) -> float:
@@ -359,7 +360,8 @@ def _lens_document(lens: Lens) -> dict[str, Any]:
         **({} if lens.name is None else {"name": lens.name}),
         "surface": lens.formula,
         **({} if lens.bounds is None else {"bounds": [list(corner) for corner in lens.bounds]}),
-        **lens.values,
+        **({} if lens.planes is None else {"planes": [list(plane) for plane in lens.planes]}),
+        **{key: lens.values[key] for key in lens.surface.keys if key in lens.values},
         "centre": list(lens.centre),
         "stretch": list(lens.stretch),
         "rotate": list(lens.rotate),

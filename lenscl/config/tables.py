@@ -19,6 +19,7 @@ from lenscl.config.checks import (
     Factor,
     Images,
     Medium,
+    Planes,
     Size,
     Stretch,
     Text,
@@ -116,6 +117,9 @@ class LensTable(Table):
     name: Text | None = Field(None, description="Needed where there are several lenses.")
     surface: Text = Field(description="A name of the catalogue, or an expression in x, y, z and its own parameters.")
     bounds: Bounds | None = Field(None, description="Box that holds the solid of an expression, in local coordinates.")
+    planes: Planes | None = Field(
+        None, description="Of a polyhedron: [a, b, c, d] each, the solid being where a x + b y + c z <= d for all."
+    )
     centre: Vector = Field((0.0, 0.0, 0.0), description="Where the local origin is.")
     stretch: Stretch = Field((1.0, 1.0, 1.0), description="Factors along the local axes; negative ones mirror.")
     rotate: Vector = Field((0.0, 0.0, 0.0), description="Degrees about the fixed axes x, then y, then z.")

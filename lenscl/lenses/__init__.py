@@ -2,9 +2,25 @@
 
 from __future__ import annotations
 
+from lenscl.expr.planar import MOST_PLANES
 from lenscl.lenses.meant import meant_as
 from lenscl.lenses.named import catalogue, surface
+from lenscl.lenses.polyhedra import FEWEST_PLANES, OCTAHEDRON, plane_values, polyhedron
 from lenscl.lenses.solid import Box, Parameter, Surface, Vec3
 from lenscl.lenses.user import user_surface
 
-__all__ = ["Box", "Parameter", "Surface", "Vec3", "catalogue", "meant_as", "surface", "user_surface"]
+__all__ = [
+    "FEWEST_PLANES",
+    "MOST_PLANES",
+    "OCTAHEDRON",
+    "Box",
+    "Parameter",
+    "Surface",
+    "Vec3",
+    "catalogue",
+    "meant_as",
+    "plane_values",
+    "polyhedron",
+    "surface",
+    "user_surface",
+]

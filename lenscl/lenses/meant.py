@@ -54,7 +54,9 @@ def meant_as(text: str) -> str | None:
             return f"unknown surface {_quoted(text)}; the catalogue has {known}; or {_EXPRESSION}"
     if (found := _CALL.match(text)) is not None and found[1].lower() in catalogue():
         name = found[1].lower()
-        given = ", ".join(f"{parameter.name} = ..." for parameter in catalogue()[name].parameters)
+        row = catalogue()[name]
+        own = [row.given_as] if row.given_as else [parameter.name for parameter in row.parameters]
+        given = ", ".join(f"{key} = ..." for key in own)
         return (
             f"{name} is a name of the catalogue, and stands alone: "
             f'surface = "{name}"{f", with {given} in keys of their own" if given else ""}'

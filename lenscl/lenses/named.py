@@ -13,7 +13,9 @@ from functools import lru_cache
 
 from lenscl.errors import LensclError
 from lenscl.expr import Expr, build, symbol
+from lenscl.lenses.bent import bent_rows
 from lenscl.lenses.optical import optical_rows
+from lenscl.lenses.polyhedra import flat_rows
 from lenscl.lenses.rows import length, read
 from lenscl.lenses.solid import Box, Parameter, Surface, Values
 
@@ -170,9 +172,11 @@ def catalogue() -> Mapping[str, Surface]:
 
     >>> list(catalogue())  # doctest: +NORMALIZE_WHITESPACE
     ['sphere', 'ellipsoid', 'torus', 'heart', 'bifolia', 'barth_sextic', 'superellipsoid', 'biconvex', 'plano_convex',
-     'meniscus', 'ball', 'rod', 'prism', 'cone', 'conic_singlet', 'even_asphere_singlet']
+     'meniscus', 'ball', 'rod', 'prism', 'cone', 'conic_singlet', 'even_asphere_singlet', 'biconcave',
+     'half_ball', 'drum', 'cylindrical_singlet', 'toroidal_singlet', 'asphere_singlet', 'box', 'wedge', 'polyhedron',
+     'brilliant']
     """
-    return {row.name: row for row in (*_rows(), *optical_rows())}
+    return {row.name: row for row in (*_rows(), *optical_rows(), *bent_rows(), *flat_rows())}
 
 
 def surface(name: str) -> Surface:

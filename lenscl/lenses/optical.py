@@ -13,38 +13,24 @@ from __future__ import annotations
 
 import math
 
+from lenscl.lenses.forms import (
+    BACK,
+    BACKWARD,
+    CONIC_SAG,
+    CONICS,
+    FRONT,
+    RIM,
+    SPHERE_SAG,
+    conic,
+    lens_text,
+    rim,
+    sphere,
+)
 from lenscl.lenses.rows import length, read, signed
 from lenscl.lenses.singlets import Face, SingletBox, SingletRules
 from lenscl.lenses.solid import Box, Parameter, Surface, Values
 
-_FRONT, _BACK = "(z + 0.5*thickness)", "(z - 0.5*thickness)"  # along z from the vertices
-_BACKWARD = "(0.5*thickness - z)"
-_RIM = "x^2 + y^2 - (0.5*diameter)^2"
 _HALF_APEX = "(apex*0.008726646259971648)"  # radians: pi / 360 a degree
-
-
-def _sphere(radius: str, w: str) -> str:
-    """Write a face that bulges: negative in the ball of its vertex, w = 0, and beyond the ball's centre.
-
-    In w, along z from the vertex, nothing cancels, however large the radius is.
-    """
-    return f"min(1/{radius}*(x^2 + y^2 + {w}^2) - 2*{w}, {radius} - {w})"
-
-
-def _conic(c: str, k: str, w: str) -> str:
-    """Write a face of curvature c and conic constant k: negative where w, along z from the vertex, exceeds its sag.
-
-    The conic c q + (1 + k) c w^2 - 2 w = 0, q = x^2 + y^2, has a second sheet. The two part where (1 + k) c w = 1, so
-    from there on the second factor of c q - w (2 - (1 + k) c w) is kept at 1: what is left, c q - w, has one sign up to
-    where the conic ends. That serves either sign of c and of 1 + k, and 0; on the face the slope along z is
-    -2 sqrt(1 - (1 + k) c^2 q).
-    """
-    return f"({c}*(x^2 + y^2) - {w}*max(2 - (1 + {k})*{c}*{w}, 1))"
-
-
-def _lens(front: str, back: str) -> str:
-    """Write the solid behind the front, before the back and within the rim."""
-    return f"max(0.5*diameter*max({front}, {back}), {_RIM})"
 
 
 def _even(vertex: str, letter: str) -> str:
@@ -100,26 +86,13 @@ def _cone_box(values: Values) -> Box:
     return (-r, -r, -half), (r, r, half)
 
 
-def _rim(diameter: float, thickness: float) -> tuple[Parameter, Parameter]:
-    return length("thickness", thickness, "from vertex to vertex"), length("diameter", diameter, "of the rim")
-
-
-_CONICS = (
-    signed("c1", 0.8, "curvature of the front, 1 / radius, positive if its centre is towards +z"),
-    signed("k1", 0.0, "conic constant of the front"),
-    signed("c2", -0.4, "curvature of the back, positive if its centre is towards +z"),
-    signed("k2", 0.0, "conic constant of the back"),
-)
 _EVEN = tuple(
     signed(f"{letter}{power}", 0.0, f"of r^{power} in the {face}'s sag")
     for letter, face in (("A", "front"), ("B", "back"))
     for power in (4, 6, 8)
 )
-_CONIC_NAMES = tuple(parameter.name for parameter in _CONICS)
+_CONIC_NAMES = tuple(parameter.name for parameter in CONICS)
 _EVEN_NAMES = tuple(parameter.name for parameter in _EVEN)
-
-_SPHERE_SAG = "sag(R) = R - sqrt(R^2 - x^2 - y^2)"
-_CONIC_SAG = "sag(c, k) = c*r^2/(1 + sqrt(1 - (1 + k)*c^2*r^2)), r^2 = x^2 + y^2"
 
 
 def optical_rows() -> tuple[Surface, ...]:
@@ -129,15 +102,15 @@ def optical_rows() -> tuple[Surface, ...]:
             name="biconvex",
             summary="a lens of two spheres that bulge outward",
             formula="max(sag(R1) - z - thickness/2, z - thickness/2 + sag(R2), hypot(x, y) - diameter/2); "
-            + _SPHERE_SAG,
+            + SPHERE_SAG,
             source="E. Hecht, Optics, sec. 5.2; both radii positive",
             parameters=(
                 length("R1", 1.5, "radius of the front"),
                 length("R2", 1.5, "radius of the back"),
-                *_rim(1.4, 0.5),
+                *rim(1.4, 0.5),
             ),
             expression=read(
-                _lens(_sphere("R1", _FRONT), _sphere("R2", _BACKWARD)), "R1", "R2", "thickness", "diameter"
+                lens_text(sphere("R1", FRONT), sphere("R2", BACKWARD)), "R1", "R2", "thickness", "diameter"
             ),
             extent=SingletBox(_biconvex),
             rules=SingletRules(_biconvex),
@@ -146,10 +119,10 @@ def optical_rows() -> tuple[Surface, ...]:
         Surface(
             name="plano_convex",
             summary="a lens of a sphere that bulges towards -z, and a plane",
-            formula="max(sag(R) - z - thickness/2, z - thickness/2, hypot(x, y) - diameter/2); " + _SPHERE_SAG,
+            formula="max(sag(R) - z - thickness/2, z - thickness/2, hypot(x, y) - diameter/2); " + SPHERE_SAG,
             source="E. Hecht, Optics, sec. 5.2",
-            parameters=(length("R", 1.0, "radius of the front"), *_rim(1.4, 0.45)),
-            expression=read(_lens(_sphere("R", _FRONT), f"2*{_BACK}"), "R", "thickness", "diameter"),
+            parameters=(length("R", 1.0, "radius of the front"), *rim(1.4, 0.45)),
+            expression=read(lens_text(sphere("R", FRONT), f"2*{BACK}"), "R", "thickness", "diameter"),
             extent=SingletBox(_plano_convex),
             rules=SingletRules(_plano_convex),
             is_convex=True,
@@ -158,15 +131,15 @@ def optical_rows() -> tuple[Surface, ...]:
             name="meniscus",
             summary="a lens of two spheres that both bulge towards -z; it gathers light if R1 < R2",
             formula="max(sag(R1) - z - thickness/2, z - thickness/2 - sag(R2), hypot(x, y) - diameter/2); "
-            + _SPHERE_SAG,
+            + SPHERE_SAG,
             source="E. Hecht, Optics, sec. 5.2; both radii positive",
             parameters=(
                 length("R1", 0.9, "radius of the front, which is convex"),
                 length("R2", 1.8, "radius of the back, which is hollow"),
-                *_rim(1.4, 0.4),
+                *rim(1.4, 0.4),
             ),
             expression=read(
-                _lens(_sphere("R1", _FRONT), f"-{_sphere('R2', _BACK)}"), "R1", "R2", "thickness", "diameter"
+                lens_text(sphere("R1", FRONT), f"-{sphere('R2', BACK)}"), "R1", "R2", "thickness", "diameter"
             ),
             extent=SingletBox(_meniscus),
             rules=SingletRules(_meniscus),
@@ -187,7 +160,7 @@ def optical_rows() -> tuple[Surface, ...]:
             formula="max(hypot(x, y) - diameter/2, abs(z) - length/2)",
             source="elementary",
             parameters=(length("diameter", 0.8, "of the cylinder"), length("length", 1.4, "from end to end")),
-            expression=read(f"max({_RIM}, diameter*(abs(z) - 0.5*length))", "diameter", "length"),
+            expression=read(f"max({RIM}, diameter*(abs(z) - 0.5*length))", "diameter", "length"),
             extent=_rod_box,
             is_convex=True,
         ),
@@ -214,6 +187,7 @@ def optical_rows() -> tuple[Surface, ...]:
             ),
             extent=_prism_box,
             is_convex=True,
+            by_planes=False,  # its kernel and its proofs at edges, in twice the precision, stay as they are
         ),
         Surface(
             name="cone",
@@ -233,11 +207,11 @@ def optical_rows() -> tuple[Surface, ...]:
             name="conic_singlet",
             summary="a lens of two conic sections turned about z; a curvature of 0 is a plane",
             formula="max(sag(c1, k1) - z - thickness/2, z - thickness/2 - sag(c2, k2), hypot(x, y) - diameter/2); "
-            + _CONIC_SAG,
+            + CONIC_SAG,
             source="ISO 10110-12, Aspheric surfaces; k: 0 sphere, -1 paraboloid, below hyperboloid, above ellipsoid",
-            parameters=(*_CONICS, *_rim(1.4, 0.5)),
+            parameters=(*CONICS, *rim(1.4, 0.5)),
             expression=read(
-                _lens(_conic("c1", "k1", _FRONT), f"-{_conic('c2', 'k2', _BACK)}"),
+                lens_text(conic("c1", "k1", FRONT), f"-{conic('c2', 'k2', BACK)}"),
                 *_CONIC_NAMES,
                 "thickness",
                 "diameter",
@@ -251,9 +225,9 @@ def optical_rows() -> tuple[Surface, ...]:
             formula="max(sag(c1, k1, A4, A6, A8) - z - thickness/2, z - thickness/2 - sag(c2, k2, B4, B6, B8), "
             "hypot(x, y) - diameter/2); sag = c*r^2/(1 + sqrt(1 - (1 + k)*c^2*r^2)) + A4*r^4 + A6*r^6 + A8*r^8",
             source="ISO 10110-12, Aspheric surfaces; here without the root, as a conic in z less the even terms",
-            parameters=(*_CONICS, *_EVEN, *_rim(1.4, 0.5)),
+            parameters=(*CONICS, *_EVEN, *rim(1.4, 0.5)),
             expression=read(
-                _lens(_conic("c1", "k1", _even(_FRONT, "A")), f"-{_conic('c2', 'k2', _even(_BACK, 'B'))}"),
+                lens_text(conic("c1", "k1", _even(FRONT, "A")), f"-{conic('c2', 'k2', _even(BACK, 'B'))}"),
                 *_CONIC_NAMES,
                 *_EVEN_NAMES,
                 "thickness",

@@ -21,3 +21,11 @@ def signed(name: str, default: float, meaning: str) -> Parameter:
 def read(text: str, *parameters: str) -> Expr:
     """Return F, written in x, y, z and the parameters."""
     return parse(text, ["x", "y", "z", *parameters])
+
+
+def spelled(value: float, *, up: bool) -> str:
+    """Spell a limit in six digits, on its permitted side."""
+    text = f"{value:.6g}"
+    if float(text) < value if up else float(text) > value:
+        text = f"{value * (1 + 5e-6 if up else 1 - 5e-6):.6g}"
+    return text

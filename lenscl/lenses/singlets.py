@@ -11,11 +11,12 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from lenscl.lenses.rows import spelled
 from lenscl.lenses.solid import Box, Problem, Values
 
-_PLACES = 128  # where a face that may rise and fall is looked at first; an even asphere turns four times at most
+_PLACES = 128  # where a face that may rise and fall is looked at first; an asphere of r^20 turns twenty times at most
 _THIRDS = 60  # steps that narrow a bracket by 2/3 each, to 3e-11 of it: its least value is then exact to rounding
-_ROUNDING = 16 * 2.0**-52  # relative, of what is compared here: a dozen operations
+ROUNDING = 16 * 2.0**-52  # relative, of what is compared here: a dozen operations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,6 +31,8 @@ class Face:
         Conic constant: 0 a sphere, -1 a paraboloid, less a hyperboloid, more an ellipsoid.
     even : tuple of float
         A4, A6, A8 of the terms A4 r^4 + A6 r^6 + A8 r^8 that are added to the conic.
+    terms : tuple of (int, float)
+        Powers and coefficients of further such terms.
     keys : str
         The parameters that bend it, as a message calls them.
     """
@@ -37,6 +40,7 @@ class Face:
     c: float
     k: float = 0.0
     even: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    terms: tuple[tuple[int, float], ...] = ()
     keys: str = ""
 
     def sag(self, r: float) -> float:
@@ -44,7 +48,8 @@ class Face:
         q = r * r
         root = math.sqrt(max(1.0 - (1.0 + self.k) * self.c * self.c * q, 0.0))
         a4, a6, a8 = self.even
-        return self.c * q / (1.0 + root) + q * q * (a4 + q * (a6 + q * a8))
+        more = sum(value * r**power for power, value in self.terms)
+        return self.c * q / (1.0 + root) + q * q * (a4 + q * (a6 + q * a8)) + more
 
     @property
     def reach(self) -> float:
@@ -54,8 +59,8 @@ class Face:
 
     @property
     def is_conic(self) -> bool:
-        """Whether it has no even terms; then it rises, or falls, all the way to the rim."""
-        return not any(self.even)
+        """Whether it has no terms; then it rises, or falls, all the way to the rim."""
+        return not any(self.even) and not any(value for _, value in self.terms)
 
 
 Faces = Callable[[Values], tuple[Face, Face]]  # from a row's values to its front and back
@@ -63,35 +68,50 @@ Faces = Callable[[Values], tuple[Face, Face]]  # from a row's values to its fron
 
 @dataclass(frozen=True, slots=True)
 class SingletBox:
-    """The tight box of a lens of two faces, `thickness` and `diameter`, for values within its rules."""
+    """The tight box of a lens of two faces and `thickness`, for values within its rules.
+
+    Attributes
+    ----------
+    faces : callable
+    across : str
+        The key of its size across, along which the faces are bent.
+    along : str
+        That of its size along x where it is rectangular and its faces are bent along y only.
+    """
 
     faces: Faces
+    across: str = "diameter"
+    along: str = "diameter"
 
     def __call__(self, values: Values) -> Box:
         """Return the lowest and the highest corner."""
         front, back = self.faces(values)
-        rim, half = 0.5 * values["diameter"], 0.5 * values["thickness"]
-        low = _least(front.sag, rim, monotone=front.is_conic) - half
-        high = half - _least(lambda r: -back.sag(r), rim, monotone=back.is_conic)
-        return (-rim, -rim, low), (rim, rim, high)
+        rim, side, half = 0.5 * values[self.across], 0.5 * values[self.along], 0.5 * values["thickness"]
+        low = least(front.sag, rim, monotone=front.is_conic) - half
+        high = half - least(lambda r: -back.sag(r), rim, monotone=back.is_conic)
+        return (-side, -rim, low), (side, rim, high)
 
 
 @dataclass(frozen=True, slots=True)
 class SingletRules:
-    """What keeps two faces from making a lens: a conic that ends before the rim, or faces that cross."""
+    """What keeps two faces from making a lens: a conic that ends before the rim, or faces that cross.
+
+    `across` is the key of the size along which the faces are bent.
+    """
 
     faces: Faces
+    across: str = "diameter"
 
     def __call__(self, values: Values) -> Iterator[Problem]:
         """Yield (key, what is wrong); of faces that end, no more is told."""
         front, back = self.faces(values)
-        diameter, thickness = values["diameter"], values["thickness"]
+        diameter, thickness = values[self.across], values["thickness"]
         rim = 0.5 * diameter
         face = min(front, back, key=lambda each: each.reach)
-        if rim > face.reach * (1.0 + _ROUNDING):
+        if rim > face.reach * (1.0 + ROUNDING):
             yield (
-                "diameter",
-                f"must be at most {_spelled(2.0 * face.reach, up=False)}, where the face of {face.keys} ends, "
+                self.across,
+                f"must be at most {spelled(2.0 * face.reach, up=False)}, where the face of {face.keys} ends, "
                 f"got {diameter!r}; lower it, or bend that face less",
             )
             return
@@ -101,17 +121,17 @@ class SingletRules:
 
         # The slope of two spheres' distance, r (c2 / root2 - c1 / root1), changes no sign: they need no search
         are_spheres = front.is_conic and back.is_conic and front.k == back.k == 0.0
-        needed = -_least(apart, rim, monotone=are_spheres)
+        needed = -least(apart, rim, monotone=are_spheres)
         size = abs(front.sag(rim)) + abs(back.sag(rim)) + thickness
-        if needed > thickness + _ROUNDING * size:
+        if needed > thickness + ROUNDING * size:
             yield (
                 "thickness",
-                f"must be at least {_spelled(needed, up=True)}, or the faces cross before the rim, got {thickness!r}; "
-                "raise it, or lower diameter",
+                f"must be at least {spelled(needed, up=True)}, or the faces cross before the rim, got {thickness!r}; "
+                f"raise it, or lower {self.across}",
             )
 
 
-def _least(of: Callable[[float], float], end: float, *, monotone: bool) -> float:
+def least(of: Callable[[float], float], end: float, *, monotone: bool) -> float:
     """Return the least value of a smooth function on [0, end]: of the best of some places, closed in on."""
     if monotone:
         return min(of(0.0), of(end))
@@ -125,11 +145,3 @@ def _least(of: Callable[[float], float], end: float, *, monotone: bool) -> float
         else:
             low += third
     return min(of(places[best]), of(low))
-
-
-def _spelled(value: float, *, up: bool) -> str:
-    """Spell a limit in six digits, on its permitted side."""
-    text = f"{value:.6g}"
-    if float(text) < value if up else float(text) > value:
-        text = f"{value * (1 + 5e-6 if up else 1 - 5e-6):.6g}"
-    return text

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from lenscl.expr import Expr, degree, digest
+from lenscl.expr.planar import Plane, planes_of
 
 Vec3 = tuple[float, float, float]
 Box = tuple[Vec3, Vec3]  # lowest and highest corner, lens-local coordinates
@@ -80,6 +81,16 @@ class Surface:
         For a user's expression the bounds that were given with it.
     is_convex : bool
         Whether the solid is convex for all values: a ray that has left it never meets it again.
+    optional : tuple of Parameter
+        Parameters that may be left out, and then are not in `parameters` and not in the code.
+    with_optional : callable or None
+        From the names of some of them to the surface that has these.
+    by_planes : bool
+        Whether a solid of flat faces is searched by its planes; else by its leaves, as any other.
+    variant : str
+        What tells surfaces of one name apart that have different code; empty where there is one.
+    given_as : str
+        The key of a lens table that holds the parameters as a list; empty where each has a key of its own.
     """
 
     name: str
@@ -95,14 +106,30 @@ class Surface:
     rules: Callable[[Values], Iterator[Problem]] | None = None
     promised: Box | None = None
     is_convex: bool = False
+    optional: tuple[Parameter, ...] = ()
+    with_optional: Callable[[Collection[str]], Surface] | None = None
+    by_planes: bool = True
+    variant: str = ""
+    given_as: str = ""
 
     @property
     def key(self) -> str:
         """Identity of the structure: surfaces of equal keys have the same generated code."""
         if self.promised is None:
-            return self.name
+            return f"{self.name}_{self.variant}" if self.variant else self.name
         names = " ".join(parameter.name for parameter in self.parameters)
         return f"{self.name}_{hashlib.sha256(f'{digest(self.expression)} {names}'.encode()).hexdigest()[:16]}"
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The parameters that have a key of their own in a lens table."""
+        every = dict.fromkeys(parameter.name for parameter in (*self.parameters, *self.optional))
+        return () if self.given_as else tuple(every)
+
+    @property
+    def planes(self) -> tuple[Plane, ...]:
+        """The planes a x + b y + c z = d of a convex polyhedron's faces, as (a, b, c, d); empty for other solids."""
+        return planes_of(self.expression) if self.by_planes else ()
 
     @property
     def as_written(self) -> Expr:
@@ -130,14 +157,27 @@ class Surface:
         """Return the smallest box that holds F <= 0, for these parameter values, in local coordinates.
 
         A catalogue surface's is widened by 1e-6 of its size, more than the rounding of single precision, so that no
-        point of the surface lies on a face. A user's is as promised.
+        point of the surface lies on a face. A user's is as promised, or what a polyhedron fills of that.
         """
         if self.promised is not None:
-            return self.promised
+            return self._filled(self.promised, values) if self.planes else self.promised
         assert self.extent is not None
         low, high = self.extent(values)
         margin = 1e-6 * max(b - a for a, b in zip(low, high, strict=True))
         return _moved(low, -margin), _moved(high, margin)
+
+    def _filled(self, promised: Box, values: Values) -> Box:
+        """Return the part of its bounds that a polyhedron fills, widened as a catalogue surface's box is."""
+        from lenscl.lenses.planes import solid_of  # numpy, which reading a study need not wait for
+
+        wrong, (low, high) = solid_of(self.planes, tuple(sorted(values.items())))
+        if wrong:
+            return promised
+        margin = 1e-6 * max(b - a for a, b in zip(low, high, strict=True))
+        lows = (max(a - margin, b) for a, b in zip(low, promised[0], strict=True))
+        highs = (min(a + margin, b) for a, b in zip(high, promised[1], strict=True))
+        (x, y, z), (u, v, w) = lows, highs
+        return ((x, y, z), (u, v, w)) if x < u and y < v and z < w else promised
 
     def problems(self, values: Values) -> Iterator[Problem]:
         """Yield (key, what is wrong) for every rule that the values break.

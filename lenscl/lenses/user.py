@@ -9,11 +9,12 @@ from dataclasses import dataclass
 
 from lenscl.errors import ExpressionError
 from lenscl.expr import FUNCTIONS, Expr, Facts, never_negative, parse, root_polynomial, sign_form
+from lenscl.expr.planar import planes_of
 from lenscl.lenses.solid import Box, Parameter, Surface, Values
 
 COORDINATES = ("x", "y", "z")
 LENS_TABLE_KEYS = frozenset(
-    ["surface", "name", "centre", "stretch", "rotate", "n", "bounds", "absorption", "absorbs", "priority"]
+    ["surface", "name", "centre", "stretch", "rotate", "n", "bounds", "planes", "absorption", "absorbs", "priority"]
 )  # parameters stand beside these in a study file
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 _LARGEST = 1e300
@@ -57,6 +58,7 @@ def user_surface(text: str, parameters: Collection[str], bounds: Box) -> Surface
     if not expression.depends_on(COORDINATES):
         raise ExpressionError("a surface must depend on x, y or z; this is the same everywhere", text, 0)
     form = sign_form(expression, Facts(bounds))
+    planes = planes_of(form)
     polynomial, conditions = root_polynomial(form) or (None, ())
     return Surface(
         name="expression",
@@ -72,6 +74,7 @@ def user_surface(text: str, parameters: Collection[str], bounds: Box) -> Surface
         formula=text,
         source="the study",
         promised=bounds,
+        is_convex=bool(planes),
     )
 
 

@@ -20,6 +20,7 @@ class Method:
     ending: Literal["isolated", "corrected", "polished"] = "polished"  # how its roots get their last bits
     is_guaranteed: bool = False  # it misses no crossing, and says where it cannot tell
     wants_polynomial: bool = False  # it serves surfaces of which a polynomial of F's sign is known
+    wants_planes: bool = False  # it serves convex polyhedra, and reads their planes in the place of parameters
     words: tuple[str, ...] = ()  # files of kernels/ that its surfaces' functions are written in, once a kernel
     closed_forms: Mapping[int, tuple[str, ...]] = field(default_factory=dict)  # fragments instead, by F's degree
 
@@ -39,6 +40,15 @@ _ROWS = (
         guarantee="finds every crossing but pairs of crossings less than one step apart",
         writes=("f",),
         reads=("step", "tolerance"),
+    ),
+    Method(
+        name="planes",
+        fragments=("planes.cl", "search_planes.cl"),
+        ending="isolated",
+        guarantee="finds every crossing of a convex polyhedron by its planes; undecided within rounding of an edge",
+        writes=("planes",),
+        is_guaranteed=True,
+        wants_planes=True,
     ),
     Method(
         name="polynomial",
@@ -90,7 +100,7 @@ LAST_RESORT = Method(
 METHODS: Mapping[str, Method] = MappingProxyType({row.name: row for row in _ROWS})
 
 
-def choose(name: str, *, is_polynomial: bool) -> Method | None:
+def choose(name: str, *, is_polynomial: bool, is_polyhedron: bool = False) -> Method | None:
     """Return the method of a name, None where it does not serve a surface.
 
     Parameters
@@ -99,7 +109,11 @@ def choose(name: str, *, is_polynomial: bool) -> Method | None:
         As in `[numerics]`; "auto" is the first of the table's guaranteed methods that serves the surface.
     is_polynomial : bool
         Whether a polynomial of F's sign is known.
+    is_polyhedron : bool
+        Whether the solid's planes are known.
     """
-    serving = [row for row in _ROWS if is_polynomial or not row.wants_polynomial]
+    serving = [
+        row for row in _ROWS if (is_polynomial or not row.wants_polynomial) and (is_polyhedron or not row.wants_planes)
+    ]
     asked = (row for row in serving if (row.is_guaranteed if name == "auto" else row.name == name))
     return next(asked, METHODS["march"] if name == "auto" else None)

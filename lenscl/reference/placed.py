@@ -33,7 +33,7 @@ class Placed:
         self.centre, self.stretch = vector(lens.centre), vector(lens.stretch)
         self.turns = [_turn(axis, degrees) for axis, degrees in enumerate(lens.rotate)]
         margin = _BOX_MARGIN if lens.surface.promised is None else 0.0
-        box = zip(*lens.surface.box(lens.values), strict=True)
+        box = zip(*(lens.surface.promised or lens.surface.box(lens.values)), strict=True)
         self.box = [
             (arb(low) - margin * (arb(high) - low), arb(high) + margin * (arb(high) - low)) for low, high in box
         ]

@@ -186,7 +186,7 @@ def _gradient(lens: Lens, local: Array) -> Array:
 
 
 def _box(lens: Lens) -> tuple[Array, Array]:
-    low, high = (np.asarray(corner, float) for corner in lens.surface.box(lens.values))
+    low, high = (np.asarray(corner, float) for corner in lens.surface.promised or lens.surface.box(lens.values))
     margin = _BOX_MARGIN * (high - low) if lens.surface.promised is None else 0.0
     return low - margin, high + margin
 

@@ -228,7 +228,9 @@ class Job:
         structure = structure_of(scene, "given", source.ends, self.device) if self.device.has_double else None
         if source.precision == "double":
             methods_now = {
-                lens: LAST_RESORT if row.is_guaranteed and codegen.has_twice(source.lenses[lens]) else row
+                lens: LAST_RESORT
+                if row.is_guaranteed and not row.wants_planes and codegen.has_twice(source.lenses[lens])
+                else row
                 for lens, row in source.methods.items()
             }
             if methods_now == source.methods:

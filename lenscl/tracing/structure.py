@@ -33,11 +33,12 @@ def methods_of(scene: Scene) -> tuple[Method, ...]:
     wanted, chosen, problems = scene.numerics.method, [], []
     for number, lens in enumerate(scene.lenses):
         is_polynomial = lens.surface.sign_polynomial(lens.values) is not None
-        method = methods.choose(wanted, is_polynomial=is_polynomial)
+        method = methods.choose(wanted, is_polynomial=is_polynomial, is_polyhedron=bool(lens.surface.planes))
         if method is None:
             which = f'lens "{lens.name}"' if lens.name else f"lens[{number}]"
+            what = "convex polyhedra" if methods.METHODS[wanted].wants_planes else "polynomials"
             problems.append(
-                f'numerics.method: "{wanted}" searches polynomials, and {which} ({lens.surface.name}) is none '
+                f'numerics.method: "{wanted}" searches {what}, and {which} ({lens.surface.name}) is none '
                 'with these parameters; use "auto"'
             )
         else:

@@ -151,18 +151,55 @@ class Sag:
             q = (o[rows, 0] + t * d[rows, 0]) ** 2 + (o[rows, 1] + t * d[rows, 1]) ** 2
             return self.vertex + self.sag(q) - z
 
-        values = at(np.arange(len(o))[:, None], t)
+        return _halved(at, t, len(o))
+
+
+@dataclass(frozen=True)
+class Height:
+    """z = vertex + sag(x, y), the solid behind it (side 1) or before it (side -1); roots by samples and halving."""
+
+    sag: Callable[[Array, Array], Array]  # analytic: its slopes are taken by complex steps
+    vertex: float
+    side: int
+    samples: int = 600  # along a ray
+    reach: float = 1.5
+
+    def beyond(self, p: Array) -> Array:
         with np.errstate(invalid="ignore"):
-            changes = values[:, 1:] * values[:, :-1] <= 0
-        rows, places = np.nonzero(changes)
-        low, high, falls = t[rows, places], t[rows, places + 1], values[rows, places] > 0
-        for _ in range(60):
-            middle = (low + high) / 2
-            before = (at(rows, middle) > 0) == falls
-            low, high = np.where(before, middle, low), np.where(before, high, middle)
-        found = np.full((len(o), max(1, int(changes.sum(1).max(initial=0)))), np.nan, Wide)
-        found[rows, (np.cumsum(changes, 1) - 1)[rows, places]] = low
-        return found
+            found = self.side * (self.vertex + self.sag(p[..., 0], p[..., 1]) - p[..., 2])
+        return np.where(np.isnan(found), np.inf, found)
+
+    def slope(self, p: Array) -> Array:
+        step = Wide(1e-30)
+        x, y = p[:, 0].astype(np.clongdouble), p[:, 1].astype(np.clongdouble)
+        rises = [self.sag(x + 1j * step, y).imag / step, self.sag(x, y + 1j * step).imag / step]
+        return self.side * np.stack([*rises, 0 * p[:, 0] - 1], -1)
+
+    def roots(self, o: Array, d: Array) -> Array:
+        t = -_dot(o, d)[:, None] + np.linspace(-self.reach, self.reach, self.samples)
+
+        def at(rows: Array, t: Array) -> Array:
+            x, y, z = (o[rows, i] + t * d[rows, i] for i in range(3))
+            with np.errstate(invalid="ignore"):
+                return self.vertex + self.sag(x, y) - z
+
+        return _halved(at, t, len(o))
+
+
+def _halved(at: Callable[[Array, Array], Array], t: Array, count: int) -> Array:
+    """Return where a function of rays' numbers and places changes its sign between samples, (N, k), NaN for fewer."""
+    values = at(np.arange(count)[:, None], t)
+    with np.errstate(invalid="ignore"):
+        changes = values[:, 1:] * values[:, :-1] <= 0
+    rows, places = np.nonzero(changes)
+    low, high, falls = t[rows, places], t[rows, places + 1], values[rows, places] > 0
+    for _ in range(60):
+        middle = (low + high) / 2
+        before = (at(rows, middle) > 0) == falls
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    found = np.full((count, max(1, int(changes.sum(1).max(initial=0)))), np.nan, Wide)
+    found[rows, (np.cumsum(changes, 1) - 1)[rows, places]] = low
+    return found
 
 
 def _lens(front: Sag, back: Sag, values: Mapping[str, float]) -> list[Face]:
@@ -200,6 +237,80 @@ def _prism(v: Mapping[str, float]) -> list[Face]:
     ]
 
 
+def _conic(c: float, k: float, q: Array) -> Array:
+    return c * q / (1 + np.sqrt(1 - (1 + Wide(k)) * Wide(c) ** 2 * q))
+
+
+def _cylinders(v: Mapping[str, float]) -> list[Face]:
+    half = v["thickness"] / 2
+    return [
+        Height(lambda x, y: _conic(v["c1"], v["k1"], y * y) + 0 * x, -half, 1),
+        Height(lambda x, y: _conic(v["c2"], v["k2"], y * y) + 0 * x, half, -1),
+        *(Plane((side, 0, 0), v["width"] / 2) for side in (1, -1)),
+        *(Plane((0, side, 0), v["height"] / 2) for side in (1, -1)),
+    ]
+
+
+def _toric(cx: float, cy: float) -> Callable[[Array, Array], Array]:
+    """Return the sag of a circle of curvature cy turned about the line x = 0, z = 1 / cx."""
+
+    def sag(x: Array, y: Array) -> Array:
+        s = _conic(cy, 0.0, y * y)
+        if cx == 0.0:
+            return s + 0 * x
+        radius = 1 / Wide(cx)
+        return radius - np.sign(cx) * np.sqrt((radius - s) ** 2 - x * x)
+
+    return sag
+
+
+def _torics(v: Mapping[str, float]) -> list[Face]:
+    half = v["thickness"] / 2
+    front, back = _toric(v["c1x"], v["c1y"]), _toric(v["c2x"], v["c2y"])
+    return [Height(front, -half, 1), Height(back, half, -1), Round(v["diameter"] / 2)]
+
+
+def _aspheres(v: Mapping[str, float]) -> list[Face]:
+    def sag(c: float, k: float, letter: str) -> Callable[[Array, Array], Array]:
+        terms = [(power, v[f"{letter}{power}"]) for power in range(1, 21) if f"{letter}{power}" in v]
+
+        def at(x: Array, y: Array) -> Array:
+            q = x * x + y * y
+            r = np.sqrt(q)
+            return _conic(c, k, q) + sum((value * r**power for power, value in terms), 0 * r)
+
+        return at
+
+    half = v["thickness"] / 2
+    return [
+        Height(sag(v["c1"], v["k1"], "A"), -half, 1),
+        Height(sag(v["c2"], v["k2"], "B"), half, -1),
+        Round(v["diameter"] / 2),
+    ]
+
+
+def _wedge(v: Mapping[str, float]) -> list[Face]:
+    angle = np.deg2rad(Wide(v["angle"]))
+    s, c, half = np.sin(angle), np.cos(angle), v["thickness"] / 2
+    sides = (((1, 0, 0), "width"), ((-1, 0, 0), "width"), ((0, 1, 0), "height"), ((0, -1, 0), "height"))
+    return [Plane((0, 0, -1), half), Plane((0, s, c), c * half), *(Plane(n, v[key] / 2) for n, key in sides)]
+
+
+def _box(v: Mapping[str, float]) -> list[Face]:
+    return [
+        Plane(tuple(side * (i == j) for i in range(3)), v[key] / 2) for j, key in enumerate("abc") for side in (1, -1)
+    ]
+
+
+def _planes(v: Mapping[str, float]) -> list[Face]:
+    count = len(v) // 4
+    rows = [[v[f"{name}{i}"] for name in "abcd"] for i in range(1, count + 1)]
+    return [
+        Plane(tuple(Wide(x) / np.linalg.norm(row[:3]) for x in row[:3]), row[3] / np.linalg.norm(row[:3]))
+        for row in rows
+    ]
+
+
 FACES: dict[str, Callable[[Mapping[str, float]], list[Face]]] = {
     "biconvex": _radii((1, -1), ("R1", "R2")),
     "plano_convex": _radii((1, 0), ("R", "")),
@@ -213,6 +324,15 @@ FACES: dict[str, Callable[[Mapping[str, float]], list[Face]]] = {
     ],
     "conic_singlet": _conics,
     "even_asphere_singlet": _conics,
+    "biconcave": _radii((-1, 1), ("R1", "R2")),
+    "half_ball": lambda v: [Sag(2 / v["diameter"], -v["diameter"] / 4, 1), Plane((0, 0, 1), v["diameter"] / 4)],
+    "drum": lambda v: [Ball(v["length"] / 2), Round(v["diameter"] / 2)],
+    "cylindrical_singlet": _cylinders,
+    "toroidal_singlet": _torics,
+    "asphere_singlet": _aspheres,
+    "box": _box,
+    "wedge": _wedge,
+    "polyhedron": _planes,
 }
 
 

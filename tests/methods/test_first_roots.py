@@ -44,7 +44,8 @@ def scene_of(lens: dict[str, Any]) -> Scene:
 def methods_for(scene: Scene) -> list[str]:
     lens = scene.lenses[0]
     is_polynomial = lens.surface.sign_polynomial(lens.values) is not None
-    return [row.name for row in METHODS.values() if row.is_guaranteed and (is_polynomial or not row.wants_polynomial)]
+    serving = [row for row in METHODS.values() if row.is_guaranteed and not row.wants_planes]
+    return [row.name for row in serving if is_polynomial or not row.wants_polynomial]
 
 
 CASES = [
