@@ -33,7 +33,9 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
         lens = scene.lenses[number]
         values |= _prefixed(f"lens_{number}", Placement.of(lens).numbers())
         if source.structure.nests:
-            values |= _prefixed(f"lens_{number}", blur_of(lens, _reach(scene), source.structure.carried))
+            is_polynomial = source.structure.methods[number].wants_polynomial
+            searched = (lens.surface.polynomial_form if is_polynomial else None) or lens.surface.expression
+            values |= _prefixed(f"lens_{number}", blur_of(lens, searched, source.structure.carried))
         values |= {f"lens_{number}.{name}": getattr(lens, name) for name, _ in source.structure.lens_reads}
         values |= _prefixed(f"shape_{number}", source.shape_values(number, lens.values))
     return values | index_numbers(scene, source)
@@ -91,12 +93,6 @@ def parallel_source(scene: Scene) -> tuple[NDArray[np.float64], float]:
     direction = np.asarray(scene.source.direction, dtype=np.float64)
     direction = direction / np.linalg.norm(direction)
     return direction, float((_extent(scene) @ direction).min())
-
-
-def _reach(scene: Scene) -> float:
-    """Return how far anything of a scene is from the world's origin, at most."""
-    points = [_extent(scene)] if scene.source.at is None else [_extent(scene), np.array([scene.source.at])]
-    return float(np.linalg.norm(np.concatenate(points), axis=1).max())
 
 
 def _extent(scene: Scene) -> NDArray[np.float64]:
