@@ -39,7 +39,7 @@ def user(formula: str, half: float = 0.8, **more: Any) -> Lens:
 def scene_of(*lenses: Lens, **more: Any) -> Scene:
     """Return a scene with all its lenses named."""
     named = [{"name": f"l{number}"} | lens for number, lens in enumerate(lenses)]
-    return make_scene(*named, picture=PICTURE, **more)
+    return make_scene(*named, **({"picture": PICTURE} | more))
 
 
 def followed(scene: Scene, rays: tuple[Array, Array], precision: str = "double") -> RayPaths:

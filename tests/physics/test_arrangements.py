@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import pairwise, product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -143,26 +144,35 @@ def test_a_cube_of_two_prisms_of_one_glass_lets_light_straight_through(precision
     assert (ends.direction == [0.0, 0.0, -1.0]).all()
 
 
-def test_contact_is_told_from_far_away_and_where_the_scene_is_far_from_the_origin() -> None:
-    heights = np.linspace(-0.45, 0.45, 19)
-    for lift, distance in ((0.0, 1e5), (1e3, 3.0), (1e3, 1e6)):
-        parts = [lens | {"centre": [0.0, 0.0, lift]} for lens in _cube()]
-        origins = np.column_stack([heights, 0.1 * heights, np.full(19, lift + distance)])
-        ends = followed(scene_of(*parts), (origins, np.tile([0.0, 0.0, -1.0], (19, 1))))
-        assert set(ends.events.tolist()) == {3}, f"lifted by {lift:g}, from {distance:g}"
+def _slabs(gap: float, lift: float = 0.0, **more: Any) -> Scene:
+    slab = user("max(x^2 + y^2 - 1, abs(z) - 0.25)", 1.2, n=1.2)
+    centres = [0.0, 0.0, lift + 0.25 + gap], [0.0, 0.0, lift - 0.25]
+    return scene_of(*(slab | {"centre": centre} for centre in centres), **more)
+
+
+@pytest.mark.parametrize(("lift", "distance"), [(0.0, 1e5), (1e3, 3.0), (1e3, 1e6)])
+def test_contact_is_told_from_far_away_and_where_the_scene_is_far_from_the_origin(lift: float, distance: float) -> None:
+    ahead = np.array([[0.1 * a, 0.05 * b, -1.0] for a, b in product(range(-3, 4), repeat=2)])
+    origins = np.array([0.01, 0.02, lift]) - distance * ahead
+    ends = followed(_slabs(0.0, lift), (origins, ahead))
+    assert set(ends.events.tolist()) == {3}
+
+
+def test_a_gap_is_a_gap_however_far_away_the_picture_is() -> None:
+    picture = {"corner": [-1e6, 1e6, -1e6], "right": [2e6, 0.0, 0.0], "down": [0.0, -2e6, 0.0]}
+    ahead = np.array([[0.1, 0.05, -1.0]])
+    for gap, events in ((1e-12, 4), (0.0, 3)):
+        ends = followed(_slabs(gap, picture=picture), (np.array([[0.1, 0.0, 2.0]]), ahead))
+        assert ends.events.tolist() == [events]
 
 
 @pytest.mark.parametrize("gap", [1e-12, -1e-12, 1e-9])
 @PRECISIONS
 def test_a_gap_of_a_trillionth_of_a_lens_is_a_gap(gap: float, precision: str) -> None:
-    """Two slabs: with a gap, light at a slant of 45 degrees is reflected totally in the first, or gets into air."""
-    slab = user("max(x^2 + y^2 - 1, abs(z) - 0.25)", 1.2, n=1.2)
-    lenses = slab | {"centre": [0.0, 0.0, 0.25 + gap]}, slab | {"centre": [0.0, 0.0, -0.25]}
-    ends = followed(scene_of(*lenses), (np.array([[0.1, 0.0, 2.0]] * 3), np.tile([0.1, 0.05, -1.0], (3, 1))), precision)
-    # Through air: two surfaces more. Where they overlap, the later solid begins a little before the other ends
-    assert set(ends.events.tolist()) == {4 if gap > 0.0 else 3}
-    touching = scene_of(*(slab | {"centre": [0.0, 0.0, z]} for z in (0.25, -0.25)))
-    assert followed(touching, (np.array([[0.1, 0.0, 2.0]]), np.array([[0.1, 0.05, -1.0]])), precision).events[0] == 3
+    """Through it light meets two surfaces of air; where solids overlap the later begins before the other ends."""
+    rays = np.array([[0.1, 0.0, 2.0]] * 3), np.tile([0.1, 0.05, -1.0], (3, 1))
+    assert set(followed(_slabs(gap), rays, precision).events.tolist()) == {4 if gap > 0.0 else 3}
+    assert set(followed(_slabs(0.0), rays, precision).events.tolist()) == {3}
 
 
 def test_each_solid_absorbs_over_its_own_stretch() -> None:
