@@ -17,6 +17,7 @@ from lenscl.expr import Expr, evaluate_with_error
 from lenscl.tracing.placement import Placement
 
 _EPSILON = {"single": 2.0**-23, "double": 2.0**-52}
+_ROUNDINGS = 8  # of a point of a ray, and of its distance from a plane
 _SAMPLES = 4096  # of the box
 _NEAREST = 0.1  # of them, by |F|: those that say what F's rounding is near the surface
 _ROOM = 2.0  # times what was seen
@@ -37,6 +38,11 @@ def blur_of(lens: Lens, expression: Expr, precision: Literal["single", "double"]
         "noise": _noise(lens, expression) * _EPSILON[precision] / _EPSILON["double"],
         "size": Placement.of(lens).diagonal() / 2.0,
     }
+
+
+def screen_blur(reach: float, precision: Literal["single", "double"]) -> float:
+    """Return what rounding may do to a point of a ray, and to its distance from a plane, in scene units."""
+    return _ROUNDINGS * _EPSILON[precision] * reach
 
 
 @lru_cache(maxsize=256)
