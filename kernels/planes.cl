@@ -1,6 +1,7 @@
 // planes.cl: the faces of a convex polyhedron, the solid where a x + b y + c z <= d for every plane.
 //
-// provides  SURFACE(value)(), SURFACE(number_of)(), SURFACE(gradient)(), SURFACE(leaf_gradient)(), SURFACE(hessian)()
+// provides  SURFACE(value)(), SURFACE(number_of)(), SURFACE(gradient)(), SURFACE(leaf_gradient)(), SURFACE(leaf_f_gradient)(),
+//           SURFACE(hessian)()
 // needs     prelude, functions; SURFACE(PLANES), SURFACE(WORDS); SURFACE(t) with planes[], WORDS numbers each: a, b, c, d
 //           of the size max(|a|, |b|, |c|) = 1, d - g and g, see search_planes.cl
 //
@@ -25,6 +26,12 @@ static inline real3v SURFACE(leaf_gradient)(real3v p, SURFACE(t) shape, realv le
   const real3v normal = {SURFACE(number_of)(shape, leaf, 0), SURFACE(number_of)(shape, leaf, 1),
                          SURFACE(number_of)(shape, leaf, 2)};
   return normal;
+}
+
+// A face's own function at a point, negative inside, with its gradient.
+static inline realv SURFACE(leaf_f_gradient)(real3v p, SURFACE(t) shape, realv leaf, real3v *gradient) {
+  *gradient = SURFACE(leaf_gradient)(p, shape, leaf);
+  return dot3(*gradient, p) - SURFACE(number_of)(shape, leaf, 3);
 }
 
 // The normal of the face that is nearest to a point on the surface.

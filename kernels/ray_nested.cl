@@ -1,6 +1,6 @@
 // ray_nested.cl: ray.cl where solids may touch or overlap: a ray travels in a set of solids at a time.
 //
-// provides  ray_t, hit_t, interface_t, NOWHERE; new_ray(), end_ray()
+// provides  ray_t, hit_t, interface_t, NOWHERE; new_ray(), end_ray(), longest()
 // needs     prelude; generated: RAY_* status numbers, and what a ray carries for the effects, RAY_CARRIES
 // set by    the generated head: CONTACT_IS_DECIDED, whether the precision tells contact from a gap
 //
@@ -25,6 +25,7 @@ typedef struct {
 typedef struct {
   realv t;          // distance of the nearest from the ray's origin, scene units
   realv low, high;  // between which all of them lie, whatever rounding has done
+  realv error;      // how far along the ray the nearest may be from where it is met, by rounding there
   real3v point;     // world, on the nearest
   real3v normal;    // world, of the nearest, against the ray, of any length that can be squared
   maskv lens;       // number of the nearest
@@ -66,3 +67,6 @@ static inline void end_ray(ray_t *ray, maskv lanes, int status) {
   ray->status = lanes ? (maskv)status : ray->status;
   ray->alive = ray->alive & not_lane(lanes);
 }
+
+// The largest of a vector's parts.
+static inline realv longest(real3v v) { return max_v(abs_v(v.x), max_v(abs_v(v.y), abs_v(v.z))); }

@@ -92,7 +92,7 @@ def _searched_surface(structure: Structure, prefix: str) -> Iterator[str]:
     if not is_mixed:
         yield from _isolated_surface(structure, prefix, prefix, structure.carried)
     if not method.wants_planes:  # which have these functions in planes.cl
-        yield finish_functions(prefix, surface, method, structure.carried)
+        yield finish_functions(prefix, surface, method, structure.carried, asks_values=bool(structure.nests))
     if structure.needs and not method.wants_planes:
         yield generated("what effects ask of the surface")
         yield surface_functions(prefix, surface, structure.needs, structure.carried)
@@ -108,16 +108,23 @@ def _searched_surface(structure: Structure, prefix: str) -> Iterator[str]:
     yield "#undef SURFACE\n"
 
 
-def finish_functions(prefix: str, surface: Surface, method: Method, precision: Literal["single", "double"]) -> str:
-    """Return what an ending and the lens ask of a surface: gradients, and values where roots are polished.
+def finish_functions(
+    prefix: str,
+    surface: Surface,
+    method: Method,
+    precision: Literal["single", "double"],
+    *,
+    asks_values: bool = False,
+) -> str:
+    """Return what an ending and the lens ask of a surface: gradients, and values where roots are polished or compared.
 
     Where a surface is searched as a polynomial they are of that; where it is taken apart into leaves, of a leaf.
     """
-    polishes = method.ending_for(surface.degree) != "isolated"
+    asks_values = asks_values or method.ending_for(surface.degree) != "isolated"
     edges = bool({"bands", "bands_twice"} & {*method.writes}) and len(leaves_of(surface)) > 1
     form = surface.polynomial_form if method.wants_polynomial else None
     wanted = ["gradient", *(["leaf_gradient"] if edges else [])]
-    wanted += ["leaf_f_gradient" if edges else "f_gradient"] if polishes else []
+    wanted += ["leaf_f_gradient" if edges else "f_gradient"] if asks_values else []
     text = surface_functions(prefix, replace(surface, expression=form or surface.expression), wanted, precision)
     if edges:
         return text

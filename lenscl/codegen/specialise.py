@@ -230,6 +230,6 @@ _LENS = Struct(
 )
 _NESTED_SLOTS = (
     Slot("noise", 1, "the most that rounding changes of F near the surface"),
-    Slot("place", 1, "and of each coordinate of a local point"),
+    Slot("size", 1, "half the diagonal of its box, in the world"),
 )
 _STOPPING_SLOTS = (Slot("blur", 1, "what rounding does to a point and its distance from the plane, scene units"),)

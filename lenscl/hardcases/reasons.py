@@ -28,6 +28,7 @@ REASONS = (
     "lenses touch",
     "screen",  # parallel to the picture, or on its edge
     "proof too long",
+    "shared edge",  # surfaces of two solids cross
 )
 _SAID = {  # words of the oracle's messages
     "has no value": "no value of F",
@@ -40,7 +41,8 @@ _SAID = {  # words of the oracle's messages
     "meets no surface of it": "start on a surface",
     "bounding box lies on the surface": "rim",
     "critical angle": "critical angle",
-    "met at the same place": "lenses touch",
+    "neither in contact nor apart": "lenses touch",
+    "edge that two solids share": "shared edge",
     "parallel to the picture": "screen",
     "on the picture's plane": "screen",
     "lands on an edge of the picture": "screen",

@@ -41,7 +41,7 @@ TOO_LONG = "certified answers of so many rays would take too long"
 _FIRST_BITS = 128
 _FARTHEST = 10**30  # |s| or |t| beyond are BEHIND
 _CONTACT = 2.0**-48  # of the size of a lens and of its distance from the world's origin: nearer faces are in contact
-_GAP = 2.0**-41  # and there is a gap between those that are farther apart; in between it cannot be told
+_GAP = 2.0**-44  # and there is a gap between those that are farther apart; in between it cannot be told
 _PARALLEL = 1e-7  # sine of the angle between normals of faces in contact
 _NORMAL = 2.0**-20  # a unit normal that is known less well is that of an edge, where both sides' are enclosed
 

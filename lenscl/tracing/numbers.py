@@ -35,7 +35,9 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
         lens = scene.lenses[number]
         values |= _prefixed(f"lens_{number}", Placement.of(lens).numbers())
         if source.structure.nests:
-            values |= _prefixed(f"lens_{number}", blur_of(lens, _reach(scene), source.structure.carried))
+            is_polynomial = source.structure.methods[number].wants_polynomial
+            searched = (lens.surface.polynomial_form if is_polynomial else None) or lens.surface.expression
+            values |= _prefixed(f"lens_{number}", blur_of(lens, searched, source.structure.carried))
         values |= {f"lens_{number}.{name}": getattr(lens, name) for name, _ in source.structure.lens_reads}
         values |= _prefixed(f"shape_{number}", source.shape_values(number, lens.values))
     return values | index_numbers(scene, source)
