@@ -1,7 +1,8 @@
 """Scenes whose solids lie in one another, touch and overlap: for `validate_error_map.py`, which judges their bounds.
 
 `arrangements` are those that people build. `overlaps` are drawn at random: two to four solids in any arrangement, some
-of whose F lose digits to constants that cancel, some with faces in common.
+of whose F lose digits to constants that cancel. `cements` are stacks of such solids with faces in common, some of them
+far from the origin, or with a solid of lower priority in them.
 """
 
 from __future__ import annotations
@@ -145,3 +146,37 @@ def _solid(rng: Rng, number: int) -> Lens:
     if rng.random() < 0.3:
         lens["priority"] = float(rng.choice([-1.0, 1.0, 2.0]))
     return lens
+
+
+def cements(count: int, seed: int) -> Iterator[tuple[str, Scene]]:
+    """Yield so many scenes, drawn at random, of solids that touch along faces."""
+    rng = np.random.default_rng(seed)
+    for number in range(count):
+        is_far, is_turned, is_noisy, has_more = rng.random(4) < (0.3, 0.5, 0.4, 0.5)
+        by = 10.0 ** rng.uniform(1.0, 5.0) * rng.uniform(-1.0, 1.0, 3) if is_far else np.zeros(3)
+        rotate = [float(x) for x in np.round(rng.uniform(-25.0, 25.0, 3), 1)] if is_turned else [0.0] * 3
+        lenses = _stack(rng, by, rotate, float(10.0 ** rng.uniform(1.0, 5.0)) if is_noisy else 0.0)
+        if has_more:
+            more = {**_solid(rng, len(lenses)), "priority": -1.0}
+            lenses.append({**more, "centre": [float(x) for x in np.add(more["centre"], by)]})
+
+        def at(z: float, by: np.ndarray = by) -> list[float]:
+            return [float(x) for x in np.add(by, (0.0, 0.0, z))]
+
+        places = {"source.at": at(4.0), "film.centre": at(2.5), "picture.centre": at(-2.5)}
+        yield f"cement {number}", _scene(*lenses, **places)
+
+
+def _stack(rng: Rng, by: np.ndarray, rotate: list[float], k: float) -> list[Lens]:
+    """Return two or three solids between faces (z - a) = c (x^2 + y^2) / 2, one below the other; k costs F digits."""
+    count = int(rng.integers(2, 4))
+    heights = np.sort(np.round(rng.uniform(-0.4, 0.4, count + 1), 2))[::-1] + 0.15 * np.arange(count, -count - 2, -2)
+    curvatures = np.round(rng.uniform(-0.5, 0.5, count + 1), 2) * (rng.random(count + 1) < 0.7)
+    face = "(z + k) - k - a{i} - c{i}*(x**2 + y**2)/2"
+    text = f"max({face.format(i=0)}, -({face.format(i=1)}), x**2 + y**2 - 0.3)"
+    common = {"surface": text, "k": k, **_bounds(0.6, 2.0), "rotate": rotate, "centre": [float(x) for x in by]}
+    return [
+        {**common, "a0": float(heights[i]), "c0": float(curvatures[i]), "a1": float(heights[i + 1]),
+         "c1": float(curvatures[i + 1]), "n": float(rng.choice([1.3, 1.5, 1.5, 1.7, 2.4]))}
+        for i in range(count)
+    ]  # fmt: skip

@@ -14,7 +14,7 @@ does the same on scenes drawn at random whose rays meet two to four lenses, see 
 
     python bench/validate_error_map.py --overlaps 12 --pixels 300
 
-on solids that lie in one another, touch and overlap, so many of them drawn at random, see bench/overlaps.py.
+on solids that lie in one another, touch and overlap; twice so many are drawn at random, see bench/overlaps.py.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ import numpy as np
 import tomli_w
 from long_paths import long_paths
 from numpy.typing import NDArray
-from overlaps import arrangements, overlaps
+from overlaps import arrangements, cements, overlaps
 
 import lenscl
 from lenscl.accuracy import error_at
@@ -257,7 +257,9 @@ def main() -> None:
         "--scene", action="append", default=[], metavar="PART", help="only scenes with this in the name"
     )
     reader.add_argument("--long", type=int, metavar="N", help="so many scenes of long paths instead")
-    reader.add_argument("--overlaps", type=int, metavar="N", help="so many scenes of overlaps, and known arrangements")
+    reader.add_argument(
+        "--overlaps", type=int, metavar="N", help="so many scenes of overlaps and of contact, and known arrangements"
+    )
     reader.add_argument("--keep", type=Path, metavar="FOLDER", help="where certified answers are stored")
     asked = reader.parse_args()
     if asked.keep:
@@ -268,7 +270,7 @@ def main() -> None:
     undecidable = 0
     asked_for = scenes() if asked.long is None else long_paths(asked.long, asked.seed)
     if asked.overlaps is not None:
-        asked_for = chain(arrangements(), overlaps(asked.overlaps, asked.seed))
+        asked_for = chain(arrangements(), *(each(asked.overlaps, asked.seed) for each in (overlaps, cements)))
     for name, scene in asked_for:
         if asked.scene and not any(part in name for part in asked.scene):
             continue

@@ -15,9 +15,10 @@ from lenscl.expr import evaluate
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_LOOKS = 32  # places on a leg where the sign of F is taken
+_LOOKS, _MOST_LOOKS = 32, 2**13  # places on a leg where the sign of F is taken
 _UNSEEN = 2  # surfaces that may lie between two such places
-_AT_ONCE = 2**12  # legs: their places fit into caches
+_GOLDEN = (5.0**0.5 - 1.0) / 2.0  # places that follow no period of F
+_AT_ONCE = 2**10  # legs: their places fit into caches
 
 
 def inside(glass: Glass, points: Array) -> Mask:
@@ -51,14 +52,26 @@ def crossed(glass: Glass, start: Array, end: Array, is_in: tuple[Mask, Mask], is
     some = np.flatnonzero(most)
     for first in range(0, len(some), _AT_ONCE):
         part = some[first : first + _AT_ONCE]
-        at = (np.arange(_LOOKS) + 0.5)[:, None] / _LOOKS
-        places = start[:, None, part] + at * (end - start)[:, None, part]
-        signs = inside(glass, places.reshape(3, -1)).reshape(_LOOKS, -1)
-        signs = np.concatenate([is_in[0][None, part], signs, is_in[1][None, part]])
-        most[part] = _UNSEEN + np.count_nonzero(signs[1:] != signs[:-1], axis=0)
+        most[part] = _UNSEEN + _changes(glass, start[:, part], end[:, part], is_in[0][part], is_in[1][part])
     if glass.lens.surface.sign_polynomial(glass.lens.values) is not None:
         most = np.minimum(most, glass.lens.surface.degree or np.inf)
     return most
+
+
+def _changes(glass: Glass, start: Array, end: Array, first: Mask, last: Mask) -> Array:
+    """Return how many changes of F's sign are seen between ends of known sign, with as many looks as it takes."""
+    seen = np.full(start.shape[1], -1.0)
+    rays, looks = np.arange(start.shape[1]), _LOOKS
+    while rays.size and looks <= _MOST_LOOKS:
+        at = (np.arange(looks) + 0.25 + 0.5 * (np.arange(looks) * _GOLDEN % 1.0))[:, None] / looks
+        places = start[:, None, rays] + at * (end - start)[:, None, rays]
+        signs = inside(glass, places.reshape(3, -1)).reshape(looks, -1)
+        signs = np.concatenate([first[None, rays], signs, last[None, rays]])
+        changes = np.count_nonzero(signs[1:] != signs[:-1], axis=0)
+        finer = changes > seen[rays]  # more looks see more, or all have been seen
+        seen[rays] = np.maximum(seen[rays], changes)
+        rays, looks = rays[finer], 2 * looks
+    return seen
 
 
 def _meets_box(glass: Glass, start: Array, end: Array) -> Mask:
