@@ -10,7 +10,11 @@ so 10^5 take about ten minutes; `--keep` stores the certified answers for anothe
 
     python bench/validate_error_map.py --long 110 --pixels 1000 --seed 7
 
-does the same on scenes drawn at random whose rays meet two to four lenses, see bench/long_paths.py.
+does the same on scenes drawn at random whose rays meet two to four lenses, see bench/long_paths.py; and
+
+    python bench/validate_error_map.py --overlaps 12 --pixels 300
+
+on solids that lie in one another, touch and overlap; twice so many are drawn at random, see bench/overlaps.py.
 """
 
 from __future__ import annotations
@@ -19,6 +23,7 @@ import argparse
 import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +31,7 @@ import numpy as np
 import tomli_w
 from long_paths import long_paths
 from numpy.typing import NDArray
+from overlaps import arrangements, cements, overlaps
 
 import lenscl
 from lenscl.accuracy import error_at
@@ -251,6 +257,9 @@ def main() -> None:
         "--scene", action="append", default=[], metavar="PART", help="only scenes with this in the name"
     )
     reader.add_argument("--long", type=int, metavar="N", help="so many scenes of long paths instead")
+    reader.add_argument(
+        "--overlaps", type=int, metavar="N", help="so many scenes of overlaps and of contact, and known arrangements"
+    )
     reader.add_argument("--keep", type=Path, metavar="FOLDER", help="where certified answers are stored")
     asked = reader.parse_args()
     if asked.keep:
@@ -259,7 +268,10 @@ def main() -> None:
     print(f"{'scene':34} {'precision':9} {head}", flush=True)
     everything: dict[str, list[Verdict]] = {precision: [] for precision in PRECISIONS}
     undecidable = 0
-    for name, scene in scenes() if asked.long is None else long_paths(asked.long, asked.seed):
+    asked_for = scenes() if asked.long is None else long_paths(asked.long, asked.seed)
+    if asked.overlaps is not None:
+        asked_for = chain(arrangements(), *(each(asked.overlaps, asked.seed) for each in (overlaps, cements)))
+    for name, scene in asked_for:
         if asked.scene and not any(part in name for part in asked.scene):
             continue
         pixels = some_pixels(scene, asked.pixels, asked.seed)

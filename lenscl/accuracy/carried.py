@@ -20,7 +20,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.accuracy.meeting import Glass, Meeting, U, dot, meetings_of, norm
+from lenscl.accuracy.media import Apart, Overlapping
+from lenscl.accuracy.meeting import Glass, Meeting, U, dot, norm
 from lenscl.config import Scene
 from lenscl.tracing import Judge, Meetings, RayPaths, picture_numbers
 
@@ -80,7 +81,7 @@ def carried(
     alike = rays[np.argsort(paths.events[rays], kind="stable")]  # rays of as many surfaces together
     for first in range(0, len(rays), _AT_ONCE):
         some = np.sort(alike[first : first + _AT_ONCE])
-        way = _Way(scene, glasses, points[some].T, units[some].T, place[some].T, turn[some].T)
+        way = _Way(scene, glasses, points[some].T, units[some].T, place[some].T, turn[some].T, nests=judge.nests)
         for each in met[: paths.events[some].max(initial=0)]:
             goes = np.flatnonzero(paths.events[some] >= each.surface)
             way.meet(goes, each, np.searchsorted(each.rays, some[goes]))
@@ -95,46 +96,41 @@ class _Way:
     """
 
     def __init__(
-        self, scene: Scene, glasses: list[Glass], start: Array, direction: Array, place: Array, turn: Array
+        self,
+        scene: Scene,
+        glasses: list[Glass],
+        start: Array,
+        direction: Array,
+        place: Array,
+        turn: Array,
+        *,
+        nests: bool = False,
     ) -> None:
-        self._scene, self._glasses = scene, glasses
+        self._scene = scene
         self._at, self._along = np.array(start, order="C"), np.array(direction, order="C")
         self._place, self._turn = place, turn
         count = start.shape[1]
         self._met: list[tuple[Meeting, Array, Array, Array]] = []
         self._is_known = np.ones(count, bool)
-        self._inside = np.full(count, -1)
         self._moved, self._tilted = np.zeros((2, count))
         # Samples of the errors of point and direction so far: each rounding error at its bound, with a random sign
         signs = _signs(2, 0, 0)
         self._off, self._turned = signs[0] * place, signs[1] * turn
-        # Bound on |F| where a leg starts on a lens, and that lens
-        self._departs, self._on = np.zeros(count), np.full(count, -1)
-        for glass in glasses:
-            near, level = glass.starts(self._at)
-            self._departs[near], self._on[near] = level, glass.number
+        self._media: Apart | Overlapping
+        self._media = Overlapping(scene, glasses, self._at, self._along) if nests else Apart(glasses, self._at)
 
     def meet(self, rays: NDArray[np.intp], met: Meetings, part: NDArray[np.intp]) -> None:
         """Take rays to the next surface and through it: numbers `rays` here are numbers `part` in `met`."""
         point, after = np.array(met.origin[part].T, order="C"), np.array(met.direction[part].T, order="C")
         self._is_known[rays] &= met.is_theirs[part]
         was_told = np.zeros(len(rays), bool)
-        is_first = met.surface == 1
-        inside = self._inside[rays]
-        found = meetings_of(
-            self._glasses, self._at[:, rays], self._along[:, rays], point, after, inside, self._departs[rays],
-            self._on[rays],
-        )  # fmt: skip
-        for meeting in found:
+        found = self._media.met(rays, self._at[:, rays], self._along[:, rays], point, after, met.surface == 1)
+        for meeting, is_known in found:
             mine = rays[meeting.rays]
             was_told[meeting.rays] = True
-            is_known = meeting.known & (is_first | (meeting.leaves == (inside[meeting.rays] >= 0)))
             off, turned, bend = self._grown(meeting, mine, met.surface)
             self._is_known[mine] &= is_known & (bend <= _MOST_BEND)
             self._met.append((replace(meeting, rays=mine), off, turned, bend))
-            self._inside[mine] = np.where(meeting.leaves == meeting.total, meeting.lens, -1)
-            self._on[mine] = meeting.lens
-            self._departs[mine] = meeting.level + norm(meeting.placed) + norm(meeting.told)
             self._moved[mine] = np.maximum(self._moved[mine], meeting.level)
             self._tilted[mine] = np.maximum(self._tilted[mine], norm(meeting.tilt))
         self._is_known[rays] &= was_told
@@ -171,7 +167,10 @@ class _Way:
     def landed(self, origin: Array, direction: Array) -> tuple[Array, Array, Array]:
         """Return the bounds, and the largest displacement and tilt of surfaces by the rounding of F."""
         with np.errstate(all="ignore"):
-            place, turn, bound = _landing(self._scene, origin, direction)
+            place, turn, bound, distance = _landing(self._scene, origin, direction)
+            moved = self._media.passed(origin, direction, distance)
+            if moved is not None:
+                bound += _sum(place, moved)
             for at, off, turned, bend in reversed(self._met):
                 bound[:, at.rays] += _through(at, place, turn, off, turned, bend)
             bound += _sum(place, self._place) + _sum(turn, self._turn)
@@ -180,8 +179,11 @@ class _Way:
         return np.where(self._is_known & np.isfinite(most), most, np.inf), self._moved, self._tilted
 
 
-def _landing(scene: Scene, origin: Array, direction: Array) -> tuple[Array, Array, Array]:
-    """Return the rows of the last leg's point and direction, (2, 3, M), and the effect of its rounding, (2, M)."""
+def _landing(scene: Scene, origin: Array, direction: Array) -> tuple[Array, Array, Array, Array]:
+    """Return the rows of the last leg's point and direction, (2, 3, M), the effect of its rounding, (2, M), and length.
+
+    The length has the shape (M,).
+    """
     numbers = picture_numbers(scene)
     normal, duals = numbers["normal"][:, None], np.stack([numbers["dual_s"], numbers["dual_t"]])[:, :, None]
     to_corner = origin - numbers["corner"][:, None]
@@ -193,7 +195,7 @@ def _landing(scene: Scene, origin: Array, direction: Array) -> tuple[Array, Arra
     sizes = np.abs(to_corner) + distance * np.abs(direction)
     astray = 5.0 * U * dot(np.abs(normal), sizes) / np.abs(falls)
     rounded = U * dot(np.abs(place), np.abs(to_corner)) + np.abs(rates) * astray + 6.0 * U * dot(np.abs(duals), sizes)
-    return place, distance * place, rounded
+    return place, distance * place, rounded, distance
 
 
 def _through(at: Meeting, place: Array, turn: Array, off: Array, turned: Array, bend: Array) -> Array:

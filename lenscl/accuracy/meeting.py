@@ -7,8 +7,7 @@ numbers of roundings are those of the operations in kernels/lens.cl, placement.c
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +65,8 @@ class Meeting:
     doubt : (M,)
         |F| at the point over the largest value that rounding explains: of several lenses, the ray met that of the
         least.
+    value : (M,)
+        F at the point over the length of its gradient: the signed distance from the surface, to first order.
     """
 
     rays: NDArray[np.intp] = field(repr=False)
@@ -88,22 +89,38 @@ class Meeting:
     known: Mask = field(repr=False)
     leaves: Mask = field(repr=False)
     doubt: Array = field(repr=False)
+    value: Array = field(repr=False)
 
     def of(self, chosen: Mask) -> Meeting:
         """Return the same for some of the rays."""
         parts = {each.name: getattr(self, each.name) for each in fields(self)}
         return Meeting(**{name: part if name == "lens" else part[..., chosen] for name, part in parts.items()})
 
+    def between(self, eta: Array, after: Array) -> Meeting:
+        """Return the same for rays that leave along `after`, and another ratio of indices n_before / n_after."""
+        along, behind, total, known = _snell(self.before, after, self.normal, self.cosine, self.tilt, eta)
+        known &= np.isfinite(self.level + self.tilt.sum(axis=0) + self.doubt)
+        return replace(self, after=after, eta=eta, along=along, behind=behind, total=total, known=known)
+
 
 class Glass:
-    """One lens of a scene: its geometry and rounding at points where rays met it."""
+    """One lens of a scene: its geometry and rounding at points where rays met it.
+
+    Attributes
+    ----------
+    number : int
+    lens : Lens
+    placement : Placement
+    rotated : float
+        Bound on the error of an entry of its rotation.
+    """
 
     def __init__(self, scene: Scene, number: int) -> None:
         self.number, self.lens = number, scene.lenses[number]
         self._n_medium = scene.n_medium
-        self._placement = Placement.of(self.lens)
-        self._slack = _BOX_SLACK * (self._placement.box[1] - self._placement.box[0])
-        self._extent = (self._placement.box[1] - self._placement.box[0])[:, None]
+        self.placement = Placement.of(self.lens)
+        self._slack = _BOX_SLACK * (self.placement.box[1] - self.placement.box[0])
+        self._extent = (self.placement.box[1] - self.placement.box[0])[:, None]
         surface = self.lens.surface
         form = surface.sign_polynomial(self.lens.values)
         method = choose("auto", is_polynomial=form is not None, is_polyhedron=bool(surface.planes))
@@ -112,12 +129,12 @@ class Glass:
         is_whole = form is not None and method.wants_polynomial
         self._jets = Jets(self.lens.values, surface, form if is_whole else None)
         # 0 where all angles are multiples of 90 degrees, whose cosines are exact
-        self._rotated = 0.0 if all(angle % 90.0 == 0.0 for angle in self.lens.rotate) else _TURNED * U
+        self.rotated = 0.0 if all(angle % 90.0 == 0.0 for angle in self.lens.rotate) else _TURNED * U
 
     def holds(self, points: Array) -> Mask:
         """Say which points, shape (3, M), lie in the lens's box."""
-        local = self._placement.local(points.T)
-        low, high = self._placement.box - np.array([[1.0], [-1.0]]) * self._slack
+        local = self.placement.local(points.T)
+        low, high = self.placement.box - np.array([[1.0], [-1.0]]) * self._slack
         inside: Mask = ((local >= low) & (local <= high)).all(axis=1)
         return inside
 
@@ -129,20 +146,20 @@ class Glass:
         `departs` is for rays that start on this lens: a bound on |F| at their start over the length of F's gradient, as
         their search takes the value of F there for zero. It is 0 for others.
         """
-        to_local, to_world = self._placement.to_local, self._placement.to_world
-        centre = self._placement.centre[:, None]
+        to_local, to_world = self.placement.to_local, self.placement.to_world
+        centre = self.placement.centre[:, None]
         away, off = start - centre, point - centre
-        local = _mapped(to_local, off)
+        local = mapped(to_local, off)
         leg = np.sqrt(dot(point - start, point - start))
 
         # F and its derivatives, with bounds on their rounding
         value, noise, slopes, errors, seconds = self._jets.at(local)
         with np.errstate(all="ignore"):
-            steep = _mapped(to_local.T, slopes)
+            steep = mapped(to_local.T, slopes)
             length = np.sqrt(dot(steep, steep))
             outward = steep / length
-            rows = np.stack([_mapped(to_local.T, row) for row in seconds])
-            hessian = _mapped(to_local.T, rows) / length
+            rows = np.stack([mapped(to_local.T, row) for row in seconds])
+            hessian = mapped(to_local.T, rows) / length
             slant = dot(outward, before)
             leaves = slant > 0.0
             sign = np.where(leaves, -1.0, 1.0)
@@ -150,40 +167,29 @@ class Glass:
 
             # Bounds on the rounding of the search's numbers in local space, mapped to the world
             sizes = np.abs(to_local)
-            reach, rates = _mapped(sizes, np.abs(away)), _mapped(sizes, np.abs(before))
-            direction = _mapped(to_local, before)
+            reach, rates = mapped(sizes, np.abs(away)), mapped(sizes, np.abs(before))
+            direction = mapped(to_local, before)
             inside = np.minimum(leg, (self._extent / np.abs(direction)).min(axis=0))  # of the box, at most
             size, inner = np.abs(local), rates * inside
             lengths = np.abs(to_world)
-            turned = self._rotated * np.abs(off).sum(axis=0)
-            searched = _mapped(lengths, U * (4.0 * reach + 5.0 * leg * rates + 2.0 * size)) + turned
-            told = _mapped(lengths, U * (2.0 * size + 3.0 * inner))
-            placed = U * (4.0 * _mapped(lengths, size) + np.abs(point)) + turned
+            turned = self.rotated * np.abs(off).sum(axis=0)
+            searched = mapped(lengths, U * (4.0 * reach + 5.0 * leg * rates + 2.0 * size)) + turned
+            told = mapped(lengths, U * (2.0 * size + 3.0 * inner))
+            placed = U * (4.0 * mapped(lengths, size) + np.abs(point)) + turned
 
             # Bound |F| at the point: by the rounding of F, by the end of the search and by its start
             level = _OTHER_ORDERS * noise / length + departs
             level += self._ended(inside, direction, slopes, errors, seconds) / length
-            tilt = _mapped(sizes.T, _OTHER_ORDERS * errors + 5.0 * U * np.abs(slopes)) / length + self._rotated
+            tilt = mapped(sizes.T, _OTHER_ORDERS * errors + 5.0 * U * np.abs(slopes)) / length + self.rotated
 
-            # Apply Snell's law, to check that it explains the direction after the surface
             eta = np.where(leaves, self.lens.n / self._n_medium, self._n_medium / self.lens.n)
-            excess = (1.0 - eta) * (1.0 + eta)
-            across = dot(before, before) - cosine * cosine
-            behind = np.sqrt(cosine * cosine + excess * np.maximum(across, 0.0))
-            along = excess / (eta * cosine + behind)
-            goes = np.isfinite(along)
-            along, behind = np.where(goes, along, 0.0), np.where(goes, behind, 1.0)
-            refracted = eta * before - along * normal
-            mirrored = before + 2.0 * cosine * normal
-            missed, turned_back = _apart(after, refracted), _apart(after, mirrored)
-            total = (eta > 1.0) & (~goes | (turned_back < missed))
-            miss = np.where(total, turned_back, missed)
-            allowed = np.sqrt(dot(tilt, tilt)) * (1.0 + eta) * (1.0 + eta / np.maximum(behind, U))
+            along, behind, total, known = _snell(before, after, normal, cosine, tilt, eta)
             doubt = np.abs(value) / (noise + length * (level + norm(searched) + norm(told) + norm(placed)))
-            known = (miss <= _SAME_WAY * (1.0 + eta) + 4.0 * allowed) & np.isfinite(level + tilt.sum(axis=0) + doubt)
+            known &= np.isfinite(level + tilt.sum(axis=0) + doubt)
+            signed = value / length
         return Meeting(
-            rays, self.number, before, after, normal, sign * hessian, leg, eta, cosine, np.where(total, 1.0, behind),
-            along, total, searched, told, placed, level, tilt, known, leaves, doubt,
+            rays, self.number, before, after, normal, sign * hessian, leg, eta, cosine, behind, along, total, searched,
+            told, placed, level, tilt, known, leaves, doubt, signed,
         )  # fmt: skip
 
     def _ended(self, length: Array, direction: Array, slopes: Array, errors: Array, seconds: Array) -> Array:
@@ -216,48 +222,44 @@ class Glass:
         near = np.flatnonzero(self.holds(points))
         if not near.size:
             return near, np.empty(0)
-        off = points[:, near] - self._placement.centre[:, None]
-        value, noise, slopes, _, _ = self._jets.at(_mapped(self._placement.to_local, off))
+        off = points[:, near] - self.placement.centre[:, None]
+        value, noise, slopes, _, _ = self._jets.at(mapped(self.placement.to_local, off))
         with np.errstate(all="ignore"):
-            length = norm(_mapped(self._placement.to_local.T, slopes))
+            length = norm(mapped(self.placement.to_local.T, slopes))
             most = noise / length + 2 * _ON * U * (np.abs(points[:, near]) + np.abs(off)).sum(axis=0)
             is_on = np.abs(value) / length <= _SURE * most
         return near[is_on], (_SURE * most)[is_on]
 
-
-def meetings_of(
-    glasses: Sequence[Glass],
-    start: Array,
-    before: Array,
-    point: Array,
-    after: Array,
-    inside: NDArray[np.intp],
-    departs: Array,
-    on: NDArray[np.intp],
-) -> Iterator[Meeting]:
-    """Yield the meetings of rays, lens by lens; a ray's number is its place in the arrays given.
-
-    A ray inside a lens meets that lens. A ray outside meets the lens in whose box the point lies; if there are several,
-    the one whose |F| rounding explains best. `inside` and `on` are numbers of lenses, -1 for none and for unknown.
-    """
-    count = point.shape[1]
-    found = []
-    for glass in glasses:
-        may_be = (inside == glass.number) | ((inside < 0) & (len(glasses) == 1 or glass.holds(point)))
-        some = np.flatnonzero(may_be)
-        if some.size:
-            own = np.where(on[some] == glass.number, departs[some], 0.0)
-            found.append(glass.met(some, start[:, some], before[:, some], point[:, some], after[:, some], own))
-    if len(found) > 1:
-        nearest, least = np.full(count, -1), np.full(count, np.inf)
-        for meeting in found:
-            nearer = ~(meeting.doubt >= least[meeting.rays])
-            nearest[meeting.rays[nearer]], least[meeting.rays[nearer]] = meeting.lens, meeting.doubt[nearer]
-        found = [meeting.of(nearest[meeting.rays] == meeting.lens) for meeting in found]
-    yield from found
+    def enters(self, points: Array, directions: Array) -> Mask:
+        """Say which rays from points on the surface, shape (3, M), go into the solid."""
+        off = points - self.placement.centre[:, None]
+        _, _, slopes, _, _ = self._jets.at(mapped(self.placement.to_local, off))
+        goes: Mask = dot(mapped(self.placement.to_local.T, slopes), directions) < 0.0
+        return goes
 
 
-def _mapped(matrix: Array, vectors: Array) -> Array:
+def _snell(
+    before: Array, after: Array, normal: Array, cosine: Array, tilt: Array, eta: Array
+) -> tuple[Array, Array, Mask, Mask]:
+    """Apply Snell's law; return `along`, `behind` and `total` of a `Meeting`, and whether it explains `after`."""
+    with np.errstate(all="ignore"):
+        excess = (1.0 - eta) * (1.0 + eta)
+        across = dot(before, before) - cosine * cosine
+        behind = np.sqrt(cosine * cosine + excess * np.maximum(across, 0.0))
+        along = excess / (eta * cosine + behind)
+        goes = np.isfinite(along)
+        along, behind = np.where(goes, along, 0.0), np.where(goes, behind, 1.0)
+        refracted = eta * before - along * normal
+        mirrored = before + 2.0 * cosine * normal
+        missed, turned_back = _apart(after, refracted), _apart(after, mirrored)
+        total: Mask = (eta > 1.0) & (~goes | (turned_back < missed))
+        miss = np.where(total, turned_back, missed)
+        allowed = np.sqrt(dot(tilt, tilt)) * (1.0 + eta) * (1.0 + eta / np.maximum(behind, U))
+        known: Mask = miss <= _SAME_WAY * (1.0 + eta) + 4.0 * allowed
+    return along, np.where(total, 1.0, behind), total, known
+
+
+def mapped(matrix: Array, vectors: Array) -> Array:
     """Return vectors, shape (3, ..., M), multiplied by a 3 x 3 matrix: the same bits wherever a vector stands."""
     return np.stack([a * vectors[0] + b * vectors[1] + c * vectors[2] for a, b, c in matrix])
 

@@ -16,6 +16,8 @@ from lenscl.tracing.raymap import RayPaths
 
 Array = NDArray[np.float64]
 
+_INDICES = ("n", "n_medium")  # names of numbers
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Nudge:
@@ -26,15 +28,16 @@ class Nudge:
     turn : three numbers
         Each lens is turned about its own centre, by these angles (radians) about the world's axes.
     eta_in, eta_out : float
-        By which part the ratios of indices grow, on entry and on exit; a ratio of exactly 1 stays.
+        By which part the ratios of indices grow, on entry and on exit; a ratio of exactly 1 stays. Where solids may
+        touch or overlap, any two indices that differ move apart by `eta_in` at least, and `eta_out` plays no part.
     """
 
     turn: tuple[float, float, float]
     eta_in: float
     eta_out: float
 
-    def of(self, numbers: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
-        """Return a scene's numbers, moved."""
+    def of(self, numbers: Mapping[str, ArrayLike], *, nests: bool = False) -> dict[str, ArrayLike]:
+        """Return a scene's numbers, moved; `nests`: of a kernel for solids that may touch or overlap."""
         x, y, z = self.turn
         turned = np.eye(3) + np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
         moved = dict(numbers)
@@ -46,6 +49,10 @@ class Nudge:
                     moved[name] = np.asarray(value) @ turned.T
                 case "eta_in" | "eta_out" as side if value != 1.0:
                     moved[name] = np.asarray(value) * (1.0 + getattr(self, side))
+        if nests:  # whose kernel divides the indices of two media itself
+            indices = {name: float(np.asarray(numbers[name])) for name in numbers if name.split(".")[-1] in _INDICES}
+            ranks = {index: rank for rank, index in enumerate(sorted(set(indices.values())))}
+            moved |= {name: index * (1.0 + self.eta_in * ranks[index]) for name, index in indices.items()}
         return moved
 
 
@@ -83,6 +90,11 @@ class Judge:
         Of its numerics `max_events` alone plays a part.
     device : Device or str, optional
         As for `trace`.
+
+    Attributes
+    ----------
+    nests : bool
+        Whether solids may touch or overlap, so that rays travel in sets of solids.
     """
 
     def __init__(self, scene: Scene, device: Device | str | None = None) -> None:
@@ -90,11 +102,14 @@ class Judge:
         exact = scene if scene.numerics.snell == "exact" else scene.replace({"numerics.snell": "exact"})
         self._job = Job.prepare(steering(exact), "given", "legs", "auto", "double", device, kind="judge")
         self._most = exact.numerics.max_events
+        self.nests = bool(self._job.source.structure.nests)
 
     def paths(self, points: Array, units: Array, nudge: Nudge | None = None, most: int | None = None) -> RayPaths:
         """Trace rays as `checked_rays` returns them, through lenses that are moved, or through so many surfaces."""
         self._job.max_events = self._most if most is None else most
-        self._job.change_numbers((lambda numbers: numbers) if nudge is None else nudge.of)
+        self._job.change_numbers(
+            (lambda numbers: numbers) if nudge is None else lambda numbers: nudge.of(numbers, nests=self.nests)
+        )
         return traced_rays(self._job, points, units)
 
     def meetings(self, points: Array, units: Array, paths: RayPaths, rays: NDArray[np.intp]) -> Iterator[Meetings]:
