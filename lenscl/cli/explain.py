@@ -119,7 +119,8 @@ def _start(path: RayPath) -> Iterator[tuple[str, str]]:
     yield "traced", f"by {searches} in {path.precision} precision{rule}, on {path.device}"
     if path.precision != path.asked:
         yield "", f"{path.asked} precision leaves this ray undecided, so that it is traced again"
-    where = "" if path.inside is None else f", inside {path.inside}"
+    where = "" if path.inside is None else f", inside {' and '.join(path.solids)}"
+    where += f", in the medium of {path.inside}" if len(path.solids) > 1 else ""
     yield "starts", f"at {_spelled(path.start)}{where}"
     yield "along", _spelled(path.direction)
 
@@ -132,6 +133,8 @@ def _print_events(path: RayPath) -> None:
     events = _shown(path.events)
     click.echo("\nWhere: the points in the world, and how far it is from the point before; scene units")
     print_table(("", "what", "lens", "x", "y", "z", "leg"), [_where(event) for event in events], 3)
+    click.echo("\nMedia: whose the medium is before the surface and behind it, and their refractive indices")
+    print_table(("", "before", "n", "behind", "n"), [_media(event) for event in events], 4)
     click.echo("\nBends: the unit normal, outward; angles to it in degrees, and what is left to the critical one")
     head = ("", "normal x", "y", "z", "incidence", "behind", "margin", "k")
     print_table(head, [_bends(event) for event in events], 0)
@@ -179,10 +182,24 @@ def _shown(events: Sequence[Event]) -> list[Event]:
     return [*events[: _MOST_EVENTS // 2], *events[-(_MOST_EVENTS // 2) :]]
 
 
+def _short(key: str) -> str:
+    key = plain(key)
+    return key if len(key) <= _LONGEST_KEY else f"{key[: _LONGEST_KEY - 3]}..."
+
+
+def _media(event: Event) -> list[str]:
+    before, after = (_short(key) if key is not None else "around" for key in (event.before, event.after))
+    return [f"{event.number:3}", before, f"{event.n_before:.6g}", after, f"{event.n_after:.6g}"]
+
+
 def _where(event: Event) -> list[str]:
-    key = plain(event.lens)
-    key = key if len(key) <= _LONGEST_KEY else f"{key[: _LONGEST_KEY - 3]}..."
-    return [f"{event.number:3}", event.kind, key, *(f"{part:.8g}" for part in event.point), f"{event.leg:.6g}"]
+    return [
+        f"{event.number:3}",
+        event.kind,
+        _short(event.lens),
+        *(f"{part:.8g}" for part in event.point),
+        f"{event.leg:.6g}",
+    ]
 
 
 def _bends(event: Event) -> list[str]:

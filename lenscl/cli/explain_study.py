@@ -42,7 +42,8 @@ def explain_study(study: Study, *, as_json: bool) -> None:
 
 def _always(scene: Scene) -> Iterator[tuple[str, bool, str, str, str]]:
     """Yield what no key asks for: its name, whether it is in, "always" or "derived", its fragment, and why."""
-    from lenscl.tracing import reach_of
+    from lenscl.effects import NESTED
+    from lenscl.tracing import findings, reach_of
 
     law = scene.numerics.snell
     yield "refraction", True, "always", f"snell_{law}", f"at every entry and exit, by the {law} law"
@@ -56,6 +57,8 @@ def _always(scene: Scene) -> Iterator[tuple[str, bool, str, str, str]]:
         beyond = "neither the film's rays nor any that lenses have bent get to it"
         for number in range(len(scene.lenses)):
             yield scene.lens_key(number), number in reached, "derived", "", reached.get(number, beyond)
+        nested = findings(scene)[NESTED]
+        yield "nested solids", nested.holds, "derived", "ray_nested" if nested.holds else "", nested.why
 
 
 def _print(study: Study, scene: Scene, found: list[Call], timed: Ablation, chosen: Device) -> None:

@@ -28,7 +28,8 @@ def check(study_path: Path, overrides: tuple[str, ...], as_json: bool) -> None:
 
     Hard spots are found from boxes, planes, the source and F on small boxes; nothing is traced. Among them are points
     and creases without a normal where the film looks at them, parts thinner than a film pixel, and expressions without
-    an inside, a slope or a value, or with a pole. They are reasons to look twice, not faults; nor are the remarks on
+    an inside, a slope or a value, or with a pole. Of solids that are not proved apart it is said how they lie to each
+    other, and which is the medium where both are. They are reasons to look twice, not faults; nor are the remarks on
     films and pictures that stretch what they show. A picture that cannot be read, or not be written in the study's
     format, and a pattern that no file matches are faults: exit code 3. So is an image that lenses reflect, if it cannot
     be read.

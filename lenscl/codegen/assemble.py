@@ -48,7 +48,9 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         located("ray_nested.cl" if structure.nests else "ray.cl"),
         *([] if structure.rays == "given" else [located("film.cl")]),
         located(
-            "rays_given_nested.cl" if structure.rays == "given" and structure.nests else f"rays_{structure.rays}.cl"
+            f"rays_{structure.rays}_nested.cl"
+            if structure.nests and structure.rays != "point"
+            else f"rays_{structure.rays}.cl"
         ),
         located("placement.cl"),
         *(located(f"{name}.cl") for name in structure.needs),

@@ -1,4 +1,11 @@
-"""Twin of kernels/trace.cl and lens.cl: every ray through every surface, in plain numpy."""
+"""Twin of kernels/trace.cl and lens.cl, and of their forms for nested solids: every ray through every surface.
+
+A ray carries the set of solids that it travels in. Where they overlap, the last of `Scene.by_priority` is the medium; a
+surface that does not change the medium is passed without an event, and faces in contact are one interface. Solids that
+are apart are the case of sets of one.
+
+source    nested dielectrics: Schmidt & Budge, Simple nested dielectrics in ray traced images, JGT 7(2), 2002
+"""
 
 from __future__ import annotations
 
@@ -11,13 +18,14 @@ from numpy.typing import NDArray
 
 from lenscl.config import Lens, Scene
 from lenscl.expr import evaluate, evaluate_with_error, gradient
-from lenscl.reference import march, rays, screen, snell
+from lenscl.reference import contact, march, rays, screen, snell
 from lenscl.reference.placement import Placement
 from lenscl.status import RayStatus
 
 Array = NDArray[np.float64]
 _NOWHERE = -1
 _BOX_MARGIN = 2.0**-10  # of the box's extent, as the solid must lie strictly inside
+_PLACING = 16 * np.finfo(float).eps  # of the lengths at hand: what placing a point in a lens's space may lose
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +35,8 @@ class Steps:
     film_rays: Callable[[Scene], tuple[Array, Array]] = rays.film_rays
     placement: Callable[[Lens], Placement] = Placement.of
     first_root: Callable[..., Any] = march.first_root
+    by_priority: Callable[[Scene], tuple[int, ...]] = Scene.by_priority
+    together: Callable[..., Any] = contact.together
     refract: Callable[..., Any] = snell.refract
     reflect: Callable[[Array, Array], Array] = snell.reflect
     land: Callable[..., Any] = screen.land
@@ -63,63 +73,80 @@ def trace_rays(scene: Scene, origins: Array, directions: Array, steps: Steps | N
 
 
 class _Tracer:
+    """N rays among L lenses. `point` is where a ray is; `origin` where its last event was, or its start."""
+
     def __init__(self, scene: Scene, origin: Array, direction: Array, steps: Steps) -> None:
-        n = len(origin)
+        n, lenses = len(origin), len(scene.lenses)
         self.scene, self.steps = scene, steps
-        self.origin, self.direction = origin, direction
-        self.inside, self.on = np.full(n, _NOWHERE), np.full(n, _NOWHERE)
+        self.origin, self.direction, self.point = origin, direction, origin.copy()
+        self.inside, self.on = np.zeros((2, lenses, n), dtype=np.bool_)
         self.events, self.total = np.zeros(n, np.int64), np.zeros(n, np.int64)
         self.status = np.full(n, RayStatus.UNDECIDED, dtype=np.uint8)
         self.travels = np.ones(n, dtype=np.bool_)
         self.lands = np.zeros(n, dtype=np.bool_)
+        self.order = np.array(steps.by_priority(scene), dtype=np.int64)
         for number, lens in enumerate(scene.lenses):
             self._start_on(number, lens)
 
     def _start_on(self, number: int, lens: Lens) -> None:
         placement = self.steps.placement(lens)
         local = placement.point_to_local(self.origin)
-        f, rounding = evaluate_with_error(lens.surface.expression, _values(lens, local))
+        f, bound, normal = _known(lens, placement, local, self.origin)
         near = _in_box(lens, local)
-        normal = _gradient(lens, local)
-        moved = 16 * np.finfo(float).eps * (np.abs(self.origin) + np.abs(placement.centre)).sum(axis=1)
-        with np.errstate(all="ignore"):
-            bound = rounding + moved * np.linalg.norm(placement.normal_to_world(normal), axis=1)
-        touches = near & (np.abs(f) <= np.where(np.isfinite(bound), bound, rounding))
-        enters = np.sum(placement.normal_to_world(normal) * self.direction, axis=1) < 0
-        self.on[touches] = number
-        self.inside[(touches & enters) | (near & (f < 0) & ~touches)] = number
+        touches = near & (np.abs(f) <= bound)
+        enters = np.sum(normal * self.direction, axis=1) < 0
+        self.on[number] = touches
+        self.inside[number] = (touches & enters) | (near & (f < 0) & ~touches)
+
+    def medium(self, inside: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Return the numbers of the lenses that are the media in sets of solids, shape (L, N) -> (N,); -1 for none."""
+        ranked = inside[self.order][::-1]  # the highest first
+        found: NDArray[np.int64] = np.where(ranked.any(axis=0), self.order[::-1][np.argmax(ranked, axis=0)], _NOWHERE)
+        return found
 
     def to_next_surface(self) -> None:
         """Take every travelling ray to its next surface and through it."""
-        n = len(self.origin)
-        nearest, lens_met = np.full(n, np.inf), np.full(n, _NOWHERE)
-        point, normal = np.zeros((n, 3)), np.zeros((n, 3))
-        doubt = np.full(n, np.inf)  # up to where every search is proved
-        for number in range(len(self.scene.lenses)):
-            asks = np.flatnonzero(self.travels & ((self.inside == number) | (self.inside == _NOWHERE)))
-            t, found, unsure, p, g = self._meet(number, asks)
-            doubt[asks[unsure]] = np.minimum(doubt[asks[unsure]], t[unsure])
-            nearer = found & (t < nearest[asks])
-            chosen = asks[nearer]
-            nearest[chosen], lens_met[chosen] = t[nearer], number
-            point[chosen], normal[chosen] = p[nearer], g[nearer]
+        asks = np.flatnonzero(self.travels)
+        shape = len(self.scene.lenses), len(asks)
+        t, spread, found = np.full(shape, np.inf), np.zeros(shape), np.zeros(shape, dtype=np.bool_)
+        point, normal = np.zeros((*shape, 3)), np.zeros((*shape, 3))
+        doubt = np.full(len(asks), np.inf)  # up to where every search is proved
+        for number in range(shape[0]):
+            place, found[number], unsure, point[number], normal[number], spread[number] = self._meet(number, asks)
+            t[number] = np.where(found[number], place, np.inf)
+            doubt = np.where(unsure, np.minimum(doubt, place), doubt)
 
-        met = self.travels & (lens_met != _NOWHERE)
+        crossed, edge = self.steps.together(t, found, spread, normal)
+        met, row = found.any(axis=0), np.arange(len(asks))
+        lens_met = np.argmin(t, axis=0)
+        point, normal = point[lens_met, row], normal[lens_met, row]
         length = np.linalg.norm(normal, axis=1)
-        undecided = self.travels & (doubt <= nearest) & np.isfinite(doubt)
-        undecided |= met & ~((length > 0) & np.isfinite(length))
-        trapped = met & ~undecided & (self.events >= self.scene.numerics.max_events)
-        self.status[trapped] = RayStatus.TRAPPED
-        self.lands |= self.travels & ~met & ~undecided
-        self.travels = met & ~undecided & ~trapped
-        go = np.flatnonzero(self.travels)
-        self._bend(go, point[go], normal[go] / length[go, None], lens_met[go])
+        last = np.where(crossed, t, -np.inf).max(axis=0)
+        undecided = (doubt <= np.where(met, last, np.inf)) & np.isfinite(doubt)
+        undecided |= met & (edge | ~((length > 0) & np.isfinite(length)))
+        inside = self.inside[:, asks]
+        before, after = self.medium(inside), self.medium(inside ^ crossed)
+        passes = met & (before == after)
+        trapped = met & ~undecided & ~passes & (self.events[asks] >= self.scene.numerics.max_events)
+        self.status[asks[trapped]] = RayStatus.TRAPPED
+        self.lands[asks[~met & ~undecided]] = True
+        goes = met & ~undecided & ~trapped
+        self.travels[asks[~goes]] = False
+
+        # Within one medium the ray goes straight on
+        go = asks[goes]
+        self.point[go], self.on[:, go] = point[goes], crossed[:, goes]
+        self.inside[:, asks[goes & passes]] ^= crossed[:, goes & passes]
+        bends = goes & ~passes
+        leaves = inside[lens_met, row][bends]
+        facing = np.where(leaves[:, None], -1.0, 1.0) * normal[bends] / length[bends, None]
+        self._bend(asks[bends], facing, before[bends], after[bends], crossed[:, bends])
 
     def _meet(self, number: int, asks: NDArray[np.intp]) -> tuple[Any, ...]:
         lens = self.scene.lenses[number]
         placement = self.steps.placement(lens)
-        o, d = placement.point_to_local(self.origin[asks]), placement.vector_to_local(self.direction[asks])
-        inside, departs = self.inside[asks] == number, self.on[asks] == number
+        o, d = placement.point_to_local(self.point[asks]), placement.vector_to_local(self.direction[asks])
+        inside, departs = self.inside[number, asks], self.on[number, asks]
         enter, leave = _span(lens, o, d)
         enter = np.where(inside | departs, 0.0, enter)
         start = o + enter[:, None] * d
@@ -134,29 +161,37 @@ class _Tracer:
             self.scene.numerics.step,
         )
         p = start + t[:, None] * d
-        return enter + t, found, unsure, placement.point_to_world(p), placement.normal_to_world(_gradient(lens, p))
+        world = placement.point_to_world(p)
+        _, bound, normal = _known(lens, placement, p, np.maximum(np.abs(world), np.abs(self.point[asks])))
+        with np.errstate(all="ignore"):
+            spread = bound / np.abs(np.sum(normal * self.direction[asks], axis=1))
+        return enter + t, found, unsure, world, normal, spread
 
-    def _bend(self, go: NDArray[np.intp], point: Array, normal: Array, lens_met: NDArray[np.int64]) -> None:
-        leaves = self.inside[go] != _NOWHERE
-        n_lens = np.array([lens.n for lens in self.scene.lenses])[lens_met]
-        n_before = np.where(leaves, n_lens, self.scene.n_medium)
-        n_after = np.where(leaves, self.scene.n_medium, n_lens)
-        facing = np.where(leaves[:, None], -normal, normal)
+    def _bend(
+        self,
+        go: NDArray[np.intp],
+        facing: Array,
+        before: NDArray[np.int64],
+        after: NDArray[np.int64],
+        crossed: NDArray[np.bool_],
+    ) -> None:
+        index = np.array([*(lens.n for lens in self.scene.lenses), self.scene.n_medium])  # the last is at _NOWHERE
         refract = self.steps.refract if self.scene.numerics.snell == "exact" else snell.refract_paraxial
-        bent, total = refract(self.direction[go], facing, n_before / n_after)
+        bent, total = refract(self.direction[go], facing, index[before] / index[after])
         turned = self.steps.reflect(self.direction[go], facing)
         follows = self.scene.effects.total_reflection != "end"
 
         came = self.direction[go]
-        self.origin[go], self.on[go] = point, lens_met
+        self.origin[go] = self.point[go]
         self.events[go] += 1
         self.total[go] += total
-        self.inside[go] = np.where(total, self.inside[go], np.where(leaves, _NOWHERE, lens_met))
+        self.inside[:, go] ^= crossed & ~total
         self.direction[go] = np.where(total[:, None], turned if follows else self.direction[go], bent)
         if not follows:
             self.status[go[total]] = RayStatus.TOTAL_REFLECTION
             self.travels[go[total]] = False
-        blocks = np.array([self.scene.blocks(number) for number in range(len(self.scene.lenses))])[lens_met]
+        opaque = np.array([*(self.scene.blocks(number) for number in range(len(self.scene.lenses))), False])
+        blocks = opaque[before] | opaque[after]
         self.status[go[blocks]] = RayStatus.BLOCKED
         self.direction[go[blocks]] = came[blocks]  # nothing bends it
         self.travels[go[blocks]] = False
@@ -165,7 +200,7 @@ class _Tracer:
         """Return the ends, the last legs met with the picture's plane."""
         st = np.full((len(self.origin), 2), -1.0)
         lands = np.flatnonzero(self.lands)
-        st[lands], self.status[lands] = self.steps.land(self.origin[lands], self.direction[lands], self.scene.picture)
+        st[lands], self.status[lands] = self.steps.land(self.point[lands], self.direction[lands], self.scene.picture)
         return Paths(
             st=st,
             status=self.status,
@@ -174,6 +209,19 @@ class _Tracer:
             direction=self.direction,
             total=self.total.astype(np.uint8),
         )
+
+
+def _known(lens: Lens, placement: Placement, local: Array, world: Array) -> tuple[Array, Array, Array]:
+    """Return F at points, how large rounding may make it on the surface, and its gradient as world vectors.
+
+    `world` holds coordinates as large as those on the points' way.
+    """
+    f, rounding = evaluate_with_error(lens.surface.expression, _values(lens, local))
+    normal = placement.normal_to_world(_gradient(lens, local))
+    moved = _PLACING * (np.abs(world) + np.abs(placement.centre)).sum(axis=1)
+    with np.errstate(all="ignore"):
+        bound = rounding + moved * np.linalg.norm(normal, axis=1)
+    return f, np.where(np.isfinite(bound), bound, rounding), normal
 
 
 def _values(lens: Lens, local: Array) -> dict[str, Any]:

@@ -1,22 +1,22 @@
 """What is hard about a scene and can be told before tracing it.
 
-Boxes, planes and points are looked at, and F on boxes: a spot is a reason to look twice, not a fault. Where the boxes
-of two lenses overlap and no point of both solids is found, the solids may keep apart.
+Boxes, planes and points are looked at, and F on boxes: a spot is a reason to look twice, not a fault. Of solids that
+are not proved apart it is said how they lie to each other, and which of them is the medium where both are.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.config import Lens, Point, Scene, Study
+from lenscl.config import Point, Scene, Study
 from lenscl.errors import StudyError
-from lenscl.expr import evaluate
 from lenscl.imaging import refuse_unseen
+from lenscl.sweep.arrangement import arrangement_spots
 from lenscl.sweep.shapes import shape_spots
 from lenscl.sweep.solids import solid_spots
 from lenscl.sweep.values import value_spots
@@ -26,7 +26,6 @@ Points = NDArray[np.float64]
 
 _BENT_TO = "it is seen only if another lens bends light to it"
 _LEFT_OUT = "nor can light that other lenses bend get to it, so that it is left out of the kernel"
-_GRID = 24  # places along each side of a box where two solids are looked for
 _COARSE_RAYS = 2**14  # film rays looked at first; all are, in pieces of this size, where the first decide nothing
 _ON_FILM = 1e-12  # of the film's size: a source so near to its plane lies in it
 _NEVER_ZERO = 1e-300  # stands for a direction's zero: a quotient by it lies beyond every box, and is no NaN
@@ -88,7 +87,7 @@ def hard_spots(scene: Scene) -> Iterator[HardSpot]:
             yield HardSpot(scene.lens_key(number), kind, message)
     yield from _source_in_a_lens(scene)
     yield from _source_on_the_film(scene)
-    yield from _overlaps(scene, placed)
+    yield from _arrangements(scene, placed)
     yield from _boxes_cut_screens(scene, placed)
     yield from _picture_out_of_the_way(scene)
     yield from _lenses_out_of_the_way(scene, placed)
@@ -101,15 +100,27 @@ def hard_spots(scene: Scene) -> Iterator[HardSpot]:
 def _source_in_a_lens(scene: Scene) -> Iterator[HardSpot]:
     if scene.source.at is None:
         return
-    inside, on = locate(scene, np.array([scene.source.at], dtype=np.float64))
-    if inside[0] >= 0:
-        lens = scene.lens_key(int(inside[0]))
+    inside, on = _holding(scene, scene.source.at)
+    if inside:
+        medium = max(inside, key=scene.by_priority().index)
+        start = f"in {scene.lens_key(medium)}, the medium there" if len(inside) > 1 else "in its medium"
+        yield HardSpot("source", "source-inside", f"lies inside {_listed(scene, inside)}; its rays start {start}")
+    if on:
         yield HardSpot(
-            "source", "source-inside", f"lies inside {lens}; its rays start in glass, their first event is an exit"
+            "source", "source-on", f"lies on the surface of {_listed(scene, on)}; each ray's direction decides its side"
         )
-    if on[0] >= 0:
-        lens = scene.lens_key(int(on[0]))
-        yield HardSpot("source", "source-on", f"lies on the surface of {lens}; each ray's direction decides its side")
+
+
+def _holding(scene: Scene, at: Sequence[float]) -> tuple[list[int], list[int]]:
+    """Return the lenses that a point of the world lies in, and those on whose surfaces it lies."""
+    point = np.array([at], dtype=np.float64)
+    each = [locate(replace(scene, lenses=(lens,)), point) for lens in scene.lenses]
+    inside, on = ([number for number, found in enumerate(each) if found[i][0] >= 0] for i in (0, 1))
+    return inside, on
+
+
+def _listed(scene: Scene, numbers: Sequence[int]) -> str:
+    return " and ".join(scene.lens_key(number) for number in numbers)
 
 
 def _source_on_the_film(scene: Scene) -> Iterator[HardSpot]:
@@ -130,48 +141,17 @@ def _source_on_the_film(scene: Scene) -> Iterator[HardSpot]:
         )
 
 
-def _overlaps(scene: Scene, placed: list[tuple[str, Placement]]) -> Iterator[HardSpot]:
-    for (i, (key, one)), (j, (other_key, other)) in combinations(enumerate(placed), 2):
+def _arrangements(scene: Scene, placed: list[tuple[str, Placement]]) -> Iterator[HardSpot]:
+    for (i, (_, one)), (j, (_, other)) in combinations(enumerate(placed), 2):
         if not _boxes_overlap(one, other):
             continue
-        common = _common_point((scene.lenses[i], one), (scene.lenses[j], other))
-        if common is None:
-            message = f"its box overlaps that of {other_key}; solids must not touch, see that they do not"
-        else:
-            x, y, z = common
-            message = (
-                f"overlaps {other_key}, as at ({x:.4g}, {y:.4g}, {z:.4g}); solids must not touch: move one away, "
-                "or make them one by min() of their expressions"
-            )
-        yield HardSpot(key, f"overlap-{other_key}", message)
+        for number, kind, message in arrangement_spots(scene, i, j):
+            yield HardSpot(scene.lens_key(number), kind, message)
 
 
 def _boxes_overlap(one: Placement, other: Placement) -> bool:
     axes = [*_normals(one), *_normals(other), *_crossed(one.to_world.T, other.to_world.T)]
     return _overlap(one.corners(), other.corners(), np.array(axes))
-
-
-def _common_point(one: tuple[Lens, Placement], other: tuple[Lens, Placement]) -> tuple[float, float, float] | None:
-    """Return a point of the world in both solids, if one is found on a grid in the smaller box."""
-    smaller, larger = sorted((one, other), key=lambda each: each[1].diagonal())
-    low, high = smaller[1].box
-    sides = [low[axis] + (high[axis] - low[axis]) * (np.arange(_GRID) + 0.5) / _GRID for axis in range(3)]
-    local = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 3)
-    local = local[_is_inside(smaller[0], smaller[1], local)]
-    world = smaller[1].centre + local @ smaller[1].to_world.T
-    found = world[_is_inside(*larger, larger[1].local(world))]
-    if not len(found):
-        return None
-    x, y, z = found[len(found) // 2].tolist()
-    return x, y, z
-
-
-def _is_inside(lens: Lens, placement: Placement, local: Points) -> NDArray[np.bool_]:
-    values = {**lens.values, **dict(zip("xyz", local.T, strict=True))}
-    with np.errstate(all="ignore"):
-        within = np.asarray(evaluate(lens.surface.expression, values) < 0.0)
-    within = within & ((local >= placement.box[0]) & (local <= placement.box[1])).all(axis=1)
-    return np.broadcast_to(within, len(local))
 
 
 def _boxes_cut_screens(scene: Scene, placed: list[tuple[str, Placement]]) -> Iterator[HardSpot]:

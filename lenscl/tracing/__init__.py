@@ -6,8 +6,9 @@ on any image; painting with it is `lenscl.imaging`'s work.
 
 from __future__ import annotations
 
+from lenscl.tracing.apart import touching
 from lenscl.tracing.beside import BESIDE, complete
-from lenscl.tracing.called import Call, calls, reach_of, study_needs, with_needs
+from lenscl.tracing.called import Call, calls, findings, reach_of, study_needs, with_needs
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.follow import Ends, Follower, PixelFollower, pixel_effects
 from lenscl.tracing.judge import Judge, Meetings, Nudge
@@ -15,7 +16,7 @@ from lenscl.tracing.launch import checked_rays, kernel_source, trace, trace_rays
 from lenscl.tracing.numbers import TOLERANCE, picture_numbers
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import Caustic, RayMap, RayPaths, Samples
-from lenscl.tracing.start import locate
+from lenscl.tracing.start import locate, locate_sets
 from lenscl.tracing.steps import StepCount, count_steps
 from lenscl.tracing.structure import methods_of
 
@@ -40,13 +41,16 @@ __all__ = [
     "complete",
     "count_steps",
     "film_rays",
+    "findings",
     "kernel_source",
     "locate",
+    "locate_sets",
     "methods_of",
     "picture_numbers",
     "pixel_effects",
     "reach_of",
     "study_needs",
+    "touching",
     "trace",
     "trace_rays",
     "trace_without",

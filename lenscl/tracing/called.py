@@ -23,6 +23,7 @@ _HARMLESS = ("picture.", "numerics.max_events")  # keys on which nothing of this
 _HARMLESS_TO_FACTS = (*_HARMLESS, "film.")  # of any lens, whether it is reached or not
 _OF_THE_ENVIRONMENT: frozenset[Fact] = frozenset({"the environment is the picture", "the environment is an image"})
 _ENVIRONMENT = "effects.environment"
+_NAMED = 3  # pairs of solids
 _ELSEWHERE = "another point of the study needs it"
 _ROUNDINGS = 4 * 2.0**-52  # by which semi-axes of a sphere may seem to differ
 
@@ -292,9 +293,10 @@ def _nested(scene: Scene, lenses: Collection[int], _: bool) -> Finding:
     pairs = touching(scene.lenses, lenses)
     if not pairs:
         return Finding(holds=False, why="all solids are proved apart" if len(lenses) > 1 else "there is one solid")
-    (first, second), more = (scene.lens_key(number) for number in pairs[0]), len(pairs) - 1
-    others = f", and {more} more pair{'s' if more > 1 else ''}" if more else ""
-    return Finding(holds=True, why=f"{first} and {second} are not proved apart{others}")
+    named = [f"{scene.lens_key(first)} and {scene.lens_key(second)}" for first, second in pairs[:_NAMED]]
+    if more := len(pairs) - len(named):
+        named.append(f"{more} more pair{'s' if more > 1 else ''}")
+    return Finding(holds=True, why=f"not proved apart: {', '.join(named)}")
 
 
 _FINDERS: Mapping[Fact, _Finder] = {

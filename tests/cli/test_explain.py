@@ -60,6 +60,29 @@ def test_json_holds_the_path_and_the_text_its_figures(lenscl, study_path: Path) 
     assert events > len(PIXELS)
 
 
+def test_the_media_of_every_surface_and_all_solids_at_the_start_are_told(lenscl, tmp_path: Path) -> None:
+    lenses = "".join(
+        f'[[lens]]\nname = "{name}"\nsurface = "sphere"\nr = {r}\nn = {n}\n'
+        for name, r, n in (("glass", 0.75, 1.5), ("bubble", 0.3, 1.0))
+    )
+    study = tmp_path / "bubble.toml"
+    study.write_text(TANGENT.partition("[[lens]]")[0] + lenses)
+    pixel = ("explain", study, "--pixel", "1,1", "--set", "film.centre=[0.1, 0, 2.5]")
+    text = lenscl(*pixel).stdout
+    media = text.partition("Media:")[2].partition("Bends:")[0]
+    found = [tuple(line.split()) for line in media.splitlines()[2:] if line]
+    assert found == [
+        ("1", "around", "1", "lens.glass", "1.5"),
+        ("2", "lens.glass", "1.5", "lens.bubble", "1"),
+        ("3", "lens.bubble", "1", "lens.glass", "1.5"),
+        ("4", "lens.glass", "1.5", "around", "1"),
+    ]
+    assert max(map(len, text.splitlines())) <= WIDTH
+    source = ("--set", 'source.kind="point"', "--set", "source.at=[0, 0, 0.1]", "--set", "film.centre=[0, 0, -1]")
+    inside = " ".join(lenscl("explain", study, "--pixel", "1,1", *source).stdout.split())
+    assert "inside lens.glass and lens.bubble, in the medium of lens.bubble" in inside
+
+
 def test_the_text_keeps_within_a_hundred_columns(lenscl, study_path: Path, tangent: Path) -> None:
     dense = ("--set", "lens.n=2.417")
     many = [(study_path, row, column, dense) for row, column in PIXELS]

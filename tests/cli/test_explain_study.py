@@ -79,6 +79,29 @@ absorbs = true
     assert "no ray gets to lens.far" in found["absorption out derived opaque"]
 
 
+def test_it_says_whether_solids_are_proved_apart_or_which_are_not(lenscl, tmp_path: Path) -> None:
+    balls = "".join(
+        f'[[lens]]\nname = "{name}"\nsurface = "sphere"\nr = 0.3\nn = 1.5\ncentre = [{x}, 0.0, 0.0]\n'
+        for name, x in (("a", 0.0), ("b", 0.4), ("c", 1.6))
+    )
+    study = tmp_path / "study.toml"
+    study.write_text(SCREENS + balls)
+    (line,) = (each for each in lenscl("explain", study).stdout.splitlines() if each.startswith("nested solids"))
+    assert line.split()[2:5] == ["in", "derived", "ray_nested"]
+    assert line.endswith("not proved apart: lens.a and lens.b")
+    apart = ("--set", "lens.b.centre=[0.6001, 0, 0]", "--set", "lens.c.r=0.2")
+    rows = json.loads(lenscl("explain", study, *apart, "--json").stdout)["effects"]
+    (row,) = (each for each in rows if each["effect"] == "nested solids")
+    assert (row["in"], row["fragment"], row["why"]) == (False, None, "all solids are proved apart")
+    swept = study.with_name("swept.toml")
+    moved = balls.replace("[0.4, 0.0", "[0.65, 0.0")
+    swept.write_text(SCREENS + moved + '[sweep.axes]\n"lens.b.centre.x" = [0.65, 0.4]\n')
+    found = lenscl("explain", swept).stdout
+    (line,) = (each for each in found.splitlines() if each.startswith("nested solids"))
+    assert line.split()[2:4] == ["in", "derived"]
+    assert "another point of the study needs it" in line
+
+
 @pytest.mark.parametrize(("surface", "is_in"), [("sphere", False), ("torus", True)])
 def test_total_reflection_is_derived_for_the_whole_study(lenscl, tmp_path: Path, surface: str, is_in: bool) -> None:
     study = tmp_path / "study.toml"

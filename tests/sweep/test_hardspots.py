@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from arrangements import bubble, doublet, stack
+from scenes import make_scene
 
 from lenscl.config import Scene, scene_from_toml, study_from_toml
-from lenscl.sweep import hard_spots, hardspots, study_hard_spots
+from lenscl.sweep import HardSpot, hard_spots, hardspots, study_hard_spots
 from lenscl.tracing import Placement
 
 HARMLESS = """
@@ -69,31 +71,117 @@ def test_rays_that_all_but_run_along_the_picture_never_meet_it() -> None:
     assert "picture behind" in kinds(scene_from_toml(HARMLESS).replace(aside))
 
 
+def spot(scene: Scene, kind: str) -> HardSpot:
+    """Return the one hard spot of a kind, or of kinds that begin so."""
+    (found,) = (each for each in hard_spots(scene) if each.kind.startswith(kind))
+    return found
+
+
+ARRANGED = ("within-", "hidden-", "overlap-", "touch-", "near-")
+
+
 @pytest.mark.parametrize(
-    ("centre", "overlaps"),
-    [("[0.0, 0.0, 0.8]", True), ("[0.0, 0.0, 1.0]", False), ("[1.2, 1.0, 0.0]", True), ("[1.4, 0.0, 0.0]", False)],
+    ("centre", "expected"),
+    [
+        ("[0.0, 0.0, 0.8]", "overlap-"),
+        ("[0.0, 0.0, 1.0]", None),
+        ("[1.2, 1.0, 0.0]", None),  # only the boxes overlap: proved apart
+        ("[1.4, 0.0, 0.0]", None),
+        ("[1.3, 0.0, 0.0]", "touch-"),  # at a point
+        ("[1.30000001, 0.0, 0.0]", "near-"),  # too near for a proof
+        ("[0.2, 0.1, 0.0]", "within-"),
+    ],
 )
-def test_lenses_whose_boxes_overlap_are_named(centre: str, overlaps: bool) -> None:
-    found = kinds(scene_from_toml(HARMLESS + OTHER + centre))
-    assert ("lens.one overlap-lens.other" in found) is overlaps
+def test_lenses_that_are_not_proved_apart_are_named_by_how_they_lie(centre: str, expected: str | None) -> None:
+    found = [each.kind for each in hard_spots(scene_from_toml(HARMLESS + OTHER + centre))]
+    assert [kind.partition("-")[0] + "-" for kind in found if kind.startswith(ARRANGED)] == (
+        [expected] * bool(expected)
+    )
 
 
-def test_solids_that_overlap_are_told_from_boxes_that_do() -> None:
-    apart, together = (scene_from_toml(HARMLESS + OTHER + f"[{x}, {y}, 0.0]") for x, y in ((1.0, 0.9), (0.4, 0.0)))
-    for scene, says in ((apart, "its box overlaps"), (together, "overlaps lens.other, as at (")):
-        (spot,) = (spot for spot in hard_spots(scene) if spot.kind == "overlap-lens.other")
-        assert spot.message.startswith(says)
-    x, y, z = (float(part) for part in re.findall(r"at \((.*?)\)", spot.message)[0].split(","))
-    assert np.hypot(np.hypot(x - 0.4, y), z) < 0.3
-    assert x**2 + (y / 0.8) ** 2 + (z / 0.6) ** 2 < 1.0
+def test_where_solids_overlap_it_is_said_whose_medium_it_is_and_how_to_change_that() -> None:
+    scene = scene_from_toml(HARMLESS + OTHER + "[0.9, 0.0, 0.0]")
+    later = spot(scene, "overlap-lens.other")
+    assert "the medium is that of lens.other: of equal priority, lens.other stands later in the file" in later.message
+    assert "lens.one.priority above 0 makes it that of lens.one" in later.message
+    x, y, z = (float(part) for part in re.findall(r"as at \((.*?)\)", later.message)[0].split(","))
+    assert np.hypot(np.hypot(x - 0.9, y), z) <= 0.3
+    assert x**2 + (y / 0.8) ** 2 + (z / 0.6) ** 2 <= 1.0
+    higher = spot(scene.replace({"lens.one.priority": 2.5}), "overlap-lens.other")
+    assert "the medium is that of lens.one: lens.one.priority is 2.5, and lens.other.priority 0" in higher.message
+    assert "lens.other.priority above 2.5" in higher.message
+
+
+def test_a_solid_in_another_is_seen_or_gives_way() -> None:
+    scene = scene_from_toml(HARMLESS + OTHER + "[0.2, 0.1, 0.0]")
+    seen = spot(scene, "within-lens.one")
+    assert (seen.key, seen.message.startswith("lies in lens.one, whose medium gives way there")) == ("lens.other", True)
+    hidden = spot(scene.replace({"lens.one.priority": 1.0}), "hidden-lens.one")
+    assert hidden.key == "lens.other"
+    assert "it bends no light and is not seen. lens.other.priority above 1 makes it seen" in hidden.message
+    swapped = scene.replace({"lens.one.stretch": [0.2, 0.2, 0.2], "lens.one.centre": [0.2, 0.1, 0.0]})
+    inner = spot(swapped, "hidden-lens.other")
+    assert (inner.key, "bends no light" in inner.message) == ("lens.one", True)
+
+
+@pytest.mark.parametrize(
+    ("lenses", "kind"),
+    [
+        (doublet(), "touch-"),
+        (stack(), "touch-"),
+        (stack(1e-12), "near-"),
+        (stack(1e-2), None),
+        (bubble(centre=[0.0, 0.0, 0.3]), "within-"),  # and touches from within, at a pole
+    ],
+    ids=["doublet", "stack", "tiny gap", "gap", "from within"],
+)
+def test_contact_is_told_from_a_gap(lenses: Any, kind: str | None) -> None:
+    found = [each for each in hard_spots(make_scene(*lenses)) if each.kind.startswith(ARRANGED)]
+    assert len(found) == bool(kind)
+    for each in found:
+        assert each.kind.startswith(str(kind))
+        assert ("one event between the two media" in each.message) is (kind != "near-")
+        assert ("they only take longer" in each.message) is (kind == "near-")
+
+
+def test_how_solids_lie_is_told_for_each_point_of_a_sweep() -> None:
+    axis = '[sweep.axes]\n"lens.other.priority" = [-1, 0, 1]\n'
+    spots, _ = study_hard_spots(study_from_toml(HARMLESS + OTHER + "[0.2, 0.1, 0.0]\n" + axis))
+    assert {each.kind: each.points for each in spots} == {"hidden-lens.one": (0,), "within-lens.one": (1, 2)}
+
+
+def test_solids_without_an_inside_or_a_value_are_looked_at_all_the_same() -> None:
+    bounds = {"bounds": [[-0.5] * 3, [0.5] * 3]}
+    for odd in ("x^2 + y^2 + z^2", "sqrt(x - 2) + y", "log(x - 1) + y"):
+        lenses = {"surface": odd, "name": "odd"} | bounds, {"surface": "sphere", "r": 0.4, "name": "ball"}
+        found = [each.kind for each in hard_spots(make_scene(*lenses)) if each.kind.startswith(ARRANGED)]
+        assert found in ([], ["near-lens.ball"]), odd
+
+
+def test_a_thin_overlap_is_no_contact() -> None:
+    """Deeper than rounding, and far thinner than the grid."""
+    found = spot(make_scene(*stack(-1e-9)), "overlap-")
+    assert "one event" not in found.message
+
+
+def test_a_source_in_several_solids_names_them_and_its_medium() -> None:
+    scene = scene_from_toml(HARMLESS + OTHER + "[0.2, 0.1, 0.0]")
+    inside = spot(scene.replace({"source.at": [0.2, 0.1, 0.05]}), "source-inside")
+    assert inside.message == "lies inside lens.one and lens.other; its rays start in lens.other, the medium there"
+    lower = scene.replace({"source.at": [0.2, 0.1, 0.05], "lens.other.priority": -1.0})
+    assert "start in lens.one, the medium" in spot(lower, "source-inside").message
+    alone = spot(scene.replace({"source.at": [-0.5, 0.1, 0.05]}), "source-inside")
+    assert alone.message == "lies inside lens.one; its rays start in its medium"
+    both = scene.replace({"lens.other.centre": [0.7, 0.0, 0.0], "source.at": [1.0, 0.0, 0.0]})
+    assert "on the surface of lens.one and lens.other" in spot(both, "source-on").message
 
 
 def test_boxes_that_only_their_turned_faces_part_do_not_overlap() -> None:
-    turned = scene_from_toml(HARMLESS + OTHER + "[1.25, 1.05, 0.0]\nrotate = [0.0, 0.0, 45.0]")
-    assert "lens.one overlap-lens.other" not in kinds(turned)
-    assert "lens.one overlap-lens.other" in kinds(
-        turned.replace({"lens.other.rotate": [0.0, 0.0, 0.0], "lens.other.r": 0.4})
-    )
+    scene = scene_from_toml(HARMLESS + OTHER + "[1.25, 1.05, 0.0]\nrotate = [0.0, 0.0, 45.0]")
+    one, other = (Placement.of(lens) for lens in scene.lenses)
+    assert not hardspots._boxes_overlap(one, other)
+    turned = scene.replace({"lens.other.rotate": [0.0, 0.0, 0.0], "lens.other.r": 0.4})
+    assert hardspots._boxes_overlap(*(Placement.of(lens) for lens in turned.lenses))
 
 
 def test_the_separating_axes_agree_with_points_in_both_boxes() -> None:

@@ -15,10 +15,10 @@ from lenscl.accuracy.bounds import pixel_bounds
 from lenscl.accuracy.path.bend import bend_at
 from lenscl.accuracy.path.bracket import root_bracket
 from lenscl.accuracy.path.growth import Growth, normal_bend
+from lenscl.accuracy.path.media import Media, media_of, starts_in
 from lenscl.accuracy.path.proved import proved
 from lenscl.accuracy.path.values import Event, Kind, RayPath, Vec3
 from lenscl.accuracy.rounding import reach
-from lenscl.accuracy.selfcheck.hits import Hits, Tolerance, hits_of
 from lenscl.codegen import faces_of
 from lenscl.config import Scene
 from lenscl.device import Device
@@ -31,7 +31,6 @@ from lenscl.tracing import (
     PixelFollower,
     Placement,
     film_rays,
-    locate,
     methods_of,
     picture_numbers,
     pixel_effects,
@@ -97,7 +96,8 @@ def explain_pixel(
         device=chosen.label,
         start=_vector(traced.points[0]),
         direction=_vector(traced.directions[0]),
-        inside=None if traced.inside is None else scene.lens_key(traced.inside),
+        inside=scene.lens_key(traced.inside[-1]) if traced.inside else None,
+        solids=tuple(scene.lens_key(number) for number in traced.inside),
         reach=_reach(traced),
         events=events,
         status=traced.status,
@@ -123,8 +123,8 @@ class _Traced:
         The start, then every surface point; the direction behind each.
     origin, direction : float64 array, shape (3,)
         Of the last leg.
-    inside : int or None
-        The lens that the ray starts in.
+    inside : tuple of int
+        The lenses whose solids the ray starts in, lowest priority first: the last one is the medium.
     """
 
     scene: Scene
@@ -136,7 +136,7 @@ class _Traced:
     st: Array
     status: RayStatus
     total: int
-    inside: int | None
+    inside: tuple[int, ...]
     last_resort: bool = False
 
 
@@ -145,7 +145,7 @@ def _traced(scene: Scene, row: int, column: int, device: Device) -> _Traced:
     if not vector.any():  # the pixel lies on the source, and sends no ray
         return _Traced(
             scene=scene, eps=0.0, points=start, directions=vector, origin=start[0], direction=vector[0],
-            st=np.full(2, -1.0), status=RayStatus.UNDECIDED, total=0, inside=None,
+            st=np.full(2, -1.0), status=RayStatus.UNDECIDED, total=0, inside=(),
         )  # fmt: skip
     pixel = PixelFollower(scene, row, column, device, "explain")
     found = _followed(scene, pixel.ends, pixel.dtype)
@@ -173,18 +173,8 @@ def _followed(scene: Scene, ends: Callable[[int], Ends], dtype: type[np.floating
     return _Traced(
         scene=scene, eps=float(np.finfo(dtype).eps), points=points, directions=directions, origin=points[-1],
         direction=directions[-1], st=end.st[0], status=RayStatus(end.status[0]), total=total,
-        inside=_starts_inside(scene, points[:1], directions[0]),
+        inside=starts_in(scene, points[0], directions[0]),
     )  # fmt: skip
-
-
-def _starts_inside(scene: Scene, start: Array, direction: Array) -> int | None:
-    """Return the lens that a ray starts in; from its surface it is in it where it enters."""
-    inside, on = (int(each[0]) for each in locate(scene, start))
-    if inside >= 0 or on < 0:
-        return inside if inside >= 0 else None
-    hits = hits_of(scene, start, float(np.finfo(np.float64).eps), Tolerance())
-    normal = hits.normal[0, int(np.argmin(hits.turn[0]))]
-    return on if normal @ direction < 0.0 else None
 
 
 def _effects(traced: _Traced, row: int, column: int, device: Device) -> list[Mapping[str, Any]]:
@@ -204,24 +194,24 @@ def _explained(traced: _Traced, made: Sequence[Mapping[str, Any]]) -> tuple[tupl
     growth = Growth(_unit(traced.directions[0]), _reach(traced))
     events: list[Event] = []
     if shown:
-        hits = hits_of(traced.scene, traced.points[1:], traced.eps, Tolerance.of(traced.scene, traced.eps))
-        events.extend(_events(traced, hits, growth, made))
+        media = media_of(traced.scene, traced.points, traced.directions, _goes_to(traced), traced.eps)
+        events.extend(_events(traced, media, growth, made))
     is_whole = traced.status.lands and not traced.last_resort and all(event.growth is not None for event in events)
     return tuple(events), growth.on_picture(traced.scene, traced.origin, _unit(traced.direction)) if is_whole else None
 
 
-def _events(traced: _Traced, hits: Hits, growth: Growth, made: Sequence[Mapping[str, Any]]) -> Iterator[Event]:
+def _events(traced: _Traced, media: Media, growth: Growth, made: Sequence[Mapping[str, Any]]) -> Iterator[Event]:
     scene = traced.scene
-    leaves = traced.inside is not None
+    leaves = bool(traced.inside)
     grows = True
-    # A search that starts on a surface takes off what F is there
-    allowed = np.cumsum(hits.bound)
+    allowed = 0.0
     for i, point in enumerate(traced.points[1:]):
-        lens = scene.lenses[int(hits.lens[i])]
+        met = media.meeting(i, leaves=leaves)
+        lens, leaves, hits = scene.lenses[met.lens], met.leaves, met.hits
         before, after = _unit(traced.directions[i]), _unit(traced.directions[i + 1])
         leg = float(np.linalg.norm(point - traced.points[i]))
-        n_before, n_other = (lens.n, scene.n_medium) if leaves else (scene.n_medium, lens.n)
-        bend = bend_at(hits, i, before, after, n_before, n_other, traced.eps, leaves=leaves)
+        n_before, n_behind = met.n_before(scene), met.n_behind(scene)
+        bend = bend_at(hits, i, before, after, n_before, n_behind, traced.eps, leaves=leaves)
         ends_here = traced.status in _ENDS_AT_SURFACE and i + 2 == len(traced.points) and not traced.last_resort
         total = traced.status is RayStatus.TOTAL_REFLECTION if ends_here else bend is not None and bend.turns_back
         grown = None
@@ -232,20 +222,25 @@ def _events(traced: _Traced, hits: Hits, growth: Growth, made: Sequence[Mapping[
             paraxial = scene.numerics.snell == "paraxial"
             growth.through(before, bend.against, turned, bend.eta, bend.k, total=total, paraxial=paraxial)
         grows = grown is not None
-        kind: Kind = "total reflection" if total else "exit" if leaves else "entry"
+        kind: Kind = "total reflection" if total else "cemented" if met.cemented else "exit" if leaves else "entry"
         aside = _ASIDE * min(leg, float(hits.size[i]))
         local = Placement.of(lens).local(point)
+        allowed += float(hits.bound[i])  # a search that starts on a surface takes off what F is there
         yield Event(
             number=i + 1,
             kind=kind,
-            lens=scene.lens_key(int(hits.lens[i])),
+            lens=scene.lens_key(met.lens),
+            before=None if met.before is None else scene.lens_key(met.before),
+            after=None if met.behind is None else scene.lens_key(met.behind),
+            n_before=n_before,
+            n_after=n_behind,
             point=_vector(point),
             leg=leg,
             bracket=root_bracket(lens, point, before, aside, leaves=leaves),
             residual=_finite(
                 evaluate(lens.surface.expression, {**lens.values, **dict(zip("xyz", local, strict=True))})
             ),
-            allowed=_finite(allowed[i]),
+            allowed=_finite(allowed),
             normal=None if bend is None else _vector(bend.normal),
             turn=None if bend is None else bend.turn,
             incidence=None if bend is None else bend.incidence,
@@ -257,6 +252,14 @@ def _events(traced: _Traced, hits: Hits, growth: Growth, made: Sequence[Mapping[
             effects=made[i],
         )
         leaves = leaves if total else not leaves
+
+
+def _goes_to(traced: _Traced) -> Array | None:
+    """Return where the last leg that is shown ends; None where nothing tells."""
+    if traced.last_resort or not traced.status.lands:
+        return None
+    end: Array = traced.origin + _last_leg(traced) * _unit(traced.direction)
+    return end
 
 
 def _error(traced: _Traced, number: int, device: Device) -> float | None:

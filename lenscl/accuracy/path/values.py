@@ -9,7 +9,7 @@ from typing import Any, Literal
 from lenscl.status import RayStatus
 
 Vec3 = tuple[float, float, float]
-Kind = Literal["entry", "exit", "total reflection"]
+Kind = Literal["entry", "exit", "cemented", "total reflection"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,9 +21,16 @@ class Event:
     number : int
         Counted from 1.
     kind : str
-        "entry", "exit" or "total reflection".
+        "entry" to the lens, "exit" from it, "cemented" where its surface is that of the next lens, too, or
+        "total reflection".
     lens : str
-        Which, as the study's keys call it: "lens", "lens.NAME", or "lens 2" where it has no name.
+        Whose surface it is, as the study's keys call it: "lens", "lens.NAME", or "lens 2" where it has no name. Of two
+        in contact it is the one that the ray comes from.
+    before, after : str or None
+        The lenses whose media are before the surface and behind it, be it that the ray gets there or is reflected;
+        None for what is around all lenses.
+    n_before, n_after : float
+        Refractive indices of these media.
     point : Vec3
         World.
     leg : float
@@ -55,6 +62,10 @@ class Event:
     number: int
     kind: Kind
     lens: str
+    before: str | None
+    after: str | None
+    n_before: float
+    n_after: float
     point: Vec3
     leg: float
     bracket: tuple[float, float] | None
@@ -128,7 +139,9 @@ class RayPath:
     start, direction : Vec3
         World; the direction unit.
     inside : str or None
-        The lens that the start lies in.
+        The lens whose medium the start lies in.
+    solids : tuple of str
+        All lenses whose solids it lies in, lowest priority first.
     reach : float
         The largest coordinate of the lenses and the start.
     events : tuple of Event
@@ -166,6 +179,7 @@ class RayPath:
     start: Vec3
     direction: Vec3
     inside: str | None
+    solids: tuple[str, ...]
     reach: float
     events: tuple[Event, ...]
     status: RayStatus
