@@ -15,7 +15,7 @@ from lenscl.tracing.launch import checked_rays, kernel_source, trace, trace_rays
 from lenscl.tracing.numbers import TOLERANCE, picture_numbers
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import Caustic, RayMap, RayPaths, Samples
-from lenscl.tracing.start import locate
+from lenscl.tracing.start import locate, locate_sets
 from lenscl.tracing.steps import StepCount, count_steps
 from lenscl.tracing.structure import methods_of
 
@@ -42,6 +42,7 @@ __all__ = [
     "film_rays",
     "kernel_source",
     "locate",
+    "locate_sets",
     "methods_of",
     "picture_numbers",
     "pixel_effects",
