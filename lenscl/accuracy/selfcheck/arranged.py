@@ -32,6 +32,7 @@ Mask = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
 
 _PARALLEL = 5e-7  # sine between normals; kernels/lens_nested.cl takes surfaces in contact as one up to twice that
+_CLOSE = 4.0  # times as far as a sign is known: from there on another surface is no matter
 
 
 def arranged(scene: Scene, walk: Walk, eps: float) -> Interfaces:
@@ -50,13 +51,13 @@ def arranged(scene: Scene, walk: Walk, eps: float) -> Interfaces:
     rank = np.stack([rank_of(hits) for hits in every])
     bounds = np.stack([hits.bound for hits in every])
     on = (rank <= 1.0) & np.isfinite(bounds)
-    nearest = np.argmin(rank, axis=0)
+    nearest = _nearest(every)
 
     # A search that starts on a surface takes off what F is there, at events and at what is passed between them
     most = np.where(on, bounds, 0.0).max(axis=0, initial=0.0)
-    allowed: Array = 2.0 * np.bincount(ray, most, minlength=len(walk.ends.events))
+    allowed = (2.0 * np.bincount(ray, most, minlength=len(walk.ends.events))).astype(np.float64)
 
-    before, after, beyond = _media(scene, walk, _picked(every, nearest), on, eps, allowed)
+    before, after, beyond = _media(scene, walk, every, on, eps, allowed)
     turns_back = before == after
     other = np.where(turns_back | walk.is_blocked, beyond, after)
     n_before, n_other = index_of(scene, before), index_of(scene, other)
@@ -110,7 +111,9 @@ def arranged(scene: Scene, walk: Walk, eps: float) -> Interfaces:
     )
 
 
-def _media(scene: Scene, walk: Walk, hits: Hits, on: Mask, eps: float, allowed: Array) -> tuple[Media, Media, Media]:
+def _media(
+    scene: Scene, walk: Walk, every: Sequence[Hits], on: Mask, eps: float, allowed: Array
+) -> tuple[Media, Media, Media]:
     """Return the media before points, behind them along the rays, and beyond the surfaces there; each shape (M,).
 
     Beyond is looked only where a ray turns back or ends.
@@ -122,21 +125,46 @@ def _media(scene: Scene, walk: Walk, hits: Hits, on: Mask, eps: float, allowed: 
     leaves = walk.last & np.isin(walk.ends.status[ray], LEAVES)
     after = np.where(leaves, AROUND, np.where(walk.is_reflected, before, following[event + 1, ray]))
     goes_on = np.flatnonzero(~leaves & ~walk.is_blocked & ~walk.is_reflected & (walk.last | (event + 1 == walk.most)))
-    if goes_on.size:
-        at, along = walk.at[goes_on], walk.after[goes_on]
-        after[goes_on] = media_beside(scene, at, along, eps, allowed[ray[goes_on]])
+    after[goes_on] = _beside(scene, walk, every, goes_on, walk.after[goes_on], eps, allowed)
 
     beyond = np.full(len(ray), UNKNOWN)
+    nearest = _nearest(every)
+    hits = _picked(every, nearest)
     asks = np.flatnonzero(walk.is_blocked | ((before == after) & (before != UNKNOWN)))
     asks = asks[np.isfinite(hits.turn[asks]).any(axis=1)]
-    if asks.size:
-        normal = hits.normal[asks, np.argmin(hits.turn[asks], axis=1)]
-        turn = np.where(np.einsum("ni,ni->n", walk.before[asks], normal) < 0.0, -1.0, 1.0)
-        found = media_beside(scene, walk.at[asks], turn[:, None] * normal, eps, allowed[ray[asks]])
-        # Beside an edge the normal of one face may lead back into the medium before it
-        is_edge = (np.isfinite(hits.turn[asks]).sum(axis=1) > 1) | (on[:, asks].sum(axis=0) > 1)
-        beyond[asks] = np.where(is_edge & (found == before[asks]), UNKNOWN, found)
+    normal = hits.normal[asks, np.argmin(hits.turn[asks], axis=1)]
+    turn = np.where(np.einsum("ni,ni->n", walk.before[asks], normal) < 0.0, -1.0, 1.0)
+    found = _beside(scene, walk, every, asks, turn[:, None] * normal, eps, allowed)
+    # Beside an edge the normal of one face may lead back into the medium before it
+    is_edge = (np.isfinite(hits.turn[asks]).sum(axis=1) > 1) | (on[:, asks].sum(axis=0) > 1)
+    beyond[asks] = np.where(is_edge & (found == before[asks]), UNKNOWN, found)
     return before, after, beyond
+
+
+def _beside(
+    scene: Scene, walk: Walk, every: Sequence[Hits], which: Pixels, along: Array, eps: float, allowed: Array
+) -> Media:
+    """Return the media beside some surface points along vectors.
+
+    A medium is not told where another surface lies closer than where its sign is known: a gap that rounding hides.
+    """
+    if not which.size:
+        return np.zeros(0, np.intp)
+    at = walk.at[which]
+    media, distance = media_beside(scene, at, along, eps, allowed[walk.ray[which]])
+    same = SAFETY * eps * np.abs(at).max(axis=1)
+    nearest = _nearest(every)[which]
+    for number, hits in enumerate(every):
+        with np.errstate(invalid="ignore"):
+            off = hits.value[which] / hits.slope[which]
+        media[(nearest != number) & (off > same) & (off <= _CLOSE * distance)] = UNKNOWN
+    return media
+
+
+def _nearest(every: Sequence[Hits]) -> Pixels:
+    """Return of each point the lens on whose surface it lies most likely."""
+    nearest: Pixels = np.argmin(np.stack([rank_of(hits) for hits in every]), axis=0)
+    return nearest
 
 
 def _contact(every: Sequence[Hits], on: Mask, best: Pixels, hits: Hits, before: Array) -> tuple[Array, Array]:

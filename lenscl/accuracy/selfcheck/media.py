@@ -102,9 +102,9 @@ def media_along(scene: Scene, start: Array, end: Array, eps: float, allowed: Arr
     return media
 
 
-def media_beside(scene: Scene, at: Array, along: Array, eps: float, allowed: Array) -> Media:
-    """Return the medium beside surface points on one side, along unit vectors: where it is known nearest to them."""
-    media = np.full(len(at), UNKNOWN)
+def media_beside(scene: Scene, at: Array, along: Array, eps: float, allowed: Array) -> tuple[Media, Array]:
+    """Return the medium beside surface points on one side, along unit vectors, and how far from them it is known."""
+    media, known = np.full(len(at), UNKNOWN), np.zeros(len(at))
     size = np.abs(at).max(axis=1) + max(np.abs(Placement.of(lens).centre).max() for lens in scene.lenses)
     size += max(lens_size(lens) for lens in scene.lenses)
     distance = _NEAREST * eps
@@ -113,9 +113,9 @@ def media_beside(scene: Scene, at: Array, along: Array, eps: float, allowed: Arr
         if not left.size:
             break
         points = at[left] + (distance * size[left])[:, None] * along[left]
-        media[left] = media_at(scene, points, eps, allowed[left])
+        media[left], known[left] = media_at(scene, points, eps, allowed[left]), distance * size[left]
         distance *= 4.0
-    return media
+    return media, known
 
 
 def lens_size(lens: Lens) -> float:
