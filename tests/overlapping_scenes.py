@@ -61,3 +61,27 @@ def _source(rng: np.random.Generator) -> dict[str, Any]:
     if kind < 0.8:
         return {"kind": "parallel", "direction": [*rng.uniform(-0.2, 0.2, 2).tolist(), -1.0]}
     return {"kind": "point", "at": rng.uniform(-0.1, 0.1, 3).tolist()}
+
+
+def solids_of(seed: int) -> Scene:
+    """Return a scene of a sphere, a torus and an ellipsoid; there are three orders of priority, and else one form."""
+    rng = np.random.default_rng(seed)
+    solids: tuple[dict[str, Any], ...] = (
+        {"surface": "sphere", "r": rng.uniform(0.2, 0.5)},
+        {"surface": "torus", "R": rng.uniform(0.3, 0.5), "r": rng.uniform(0.05, 0.25)},
+        {"surface": "ellipsoid", **dict(zip("abc", rng.uniform(0.2, 0.5, 3).tolist(), strict=True))},
+    )
+    priorities = ((0.0, 0.0, 0.0), (2.0, 1.0, 0.0), (0.0, 5.5, 0.0))[seed % 3]
+    lenses = [
+        solid | {
+            "name": f"l{number}", "centre": rng.uniform(-0.2, 0.2, 3).tolist(), "priority": priorities[number],
+            "n": float(rng.choice([1.0, 1.3, 1.5, 1.5, 1.7])),
+        }
+        for number, solid in enumerate(solids)
+    ]  # fmt: skip
+    return make_scene(
+        *lenses,
+        source={"kind": "point", "at": [0.0, 0.0, 4.0] if rng.random() < 0.7 else rng.uniform(-0.1, 0.1, 3).tolist()},
+        film={"size": [7, 7], "right": [0.7, 0.0, 0.0], "down": [0.0, -0.7, 0.0]},
+        effects={"total_reflection": "follow"},
+    )
