@@ -2,8 +2,7 @@
 //
 // provides  LENS(meet_nested)(), LENS(start_nested)()
 // needs     prelude, ray_nested, placement, search, lens
-// set by    the generated assembly, once a lens: as for lens.cl; LENS_BIT, the lens's place in a set;
-//           CONTACT_IS_DECIDED, whether the precision tells contact from a gap
+// set by    the generated assembly, once a lens: as for lens.cl; LENS_BIT, the lens's place in a set
 
 #define PARALLEL ((realv)NUMBER(1e-12))  // square of the sine between normals that are those of one interface
 

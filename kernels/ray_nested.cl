@@ -2,6 +2,7 @@
 //
 // provides  ray_t, hit_t, interface_t, NOWHERE; new_ray(), end_ray()
 // needs     prelude; generated: RAY_* status numbers, and what a ray carries for the effects, RAY_CARRIES
+// set by    the generated head: CONTACT_IS_DECIDED, whether the precision tells contact from a gap
 //
 // A set of lenses is a mask of bits, one a lens, in the order of priority: the highest bit of the solids that a point lies
 // in is that of the medium there (Schmidt & Budge, Simple nested dielectrics in ray traced images, JGT 7(2), 2002).

@@ -1,12 +1,13 @@
 // trace_nested.cl: trace.cl where solids may touch or overlap.
 //
 // provides  the kernel trace
-// needs     as trace.cl, with ray_nested in place of ray; generated: medium_of(), index_of(), meet_lenses()
+// needs     as trace.cl, with ray_nested in place of ray; picture_met(); generated: medium_of(), index_of(), meet_lenses()
 // set by    the generated head: RUN
 
 #define PARKS_FROM 2  // events: most rays have left their lens after two, and see in the third that they meet no other
 
-// Take living rays to the next surface and through it; those that meet none stay alive and leave *travels.
+// Take living rays to the next surface and through it; those that meet none, or the picture before one, stay alive and
+// leave *travels.
 static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *scene, int max_events COUNT_PARAMETERS) {
   ray_t traveller = *ray;
   traveller.alive = *travels;
@@ -19,9 +20,11 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
   hit.point.x = hit.point.y = hit.point.z = hit.normal.x = hit.normal.y = hit.normal.z = (realv)0;
   meet_lenses(&traveller, scene, &hit);
   count_steps(&hit COUNT_ARGUMENTS);
+  const maskv stopped = picture_met(ray, *travels, &hit, &scene->picture);
 
-  // End what cannot go on; a doubt behind the surfaces that are met does not matter
-  const maskv undecided = *travels & (hit.doubt < (realv)REAL_MAX) & (not_lane(hit.found) | not_lane(hit.doubt > hit.high));
+  // End what cannot go on; a doubt behind what is met does not matter
+  const maskv unproved = not_lane(hit.found | stopped) | not_lane(hit.doubt > hit.high);
+  const maskv undecided = *travels & (hit.doubt < (realv)REAL_MAX) & unproved;
   end_ray(ray, undecided, RAY_UNDECIDED);
   const maskv meets = *travels & hit.found & not_lane(undecided);
   const maskv behind = ray->inside ^ hit.crossed;

@@ -44,6 +44,8 @@ def make_scene(
     }
     if "corner" in (film or {}):
         del tables["film"]["centre"]  # type: ignore[attr-defined]
+    if "centre" in (picture or {}):
+        del tables["picture"]["corner"]  # type: ignore[attr-defined]
     return scene_from_toml(tomli_w.dumps(tables))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 
 from lenscl.codegen.fragments import VOCABULARY, generated, head, located
 from lenscl.codegen.layout import Layout
@@ -12,7 +12,8 @@ from lenscl.codegen.specialise import Structure, layout
 from lenscl.effects import TOTAL, Hook, Output
 from lenscl.status import RayStatus
 
-_OF_MEDIA = ("absorption", "opaque")  # effects that ask in which medium a ray travels: by one lens, or by a set
+# Effects that ask in which medium a ray travels: by one lens, or by a set, with the hooks that they then have besides
+_OF_MEDIA: Mapping[str, tuple[Hook, ...]] = {"absorption": ("picture",), "opaque": (), "path_length": ()}
 _MOST_KEPT = 64  # some hundred kilobytes each
 _kept: dict[tuple[Hashable, ...], tuple[Layout, str]] = {}  # by what decides a kernel's text
 
@@ -43,6 +44,7 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         *(located(name) for name in (*VOCABULARY, *words_of(structure))),
         generated("the numbers of a scene, which a sweep may change without a new kernel"),
         numbers.declare(),
+        *([f"#define CONTACT_IS_DECIDED {int(structure.carried == 'double')}\n"] if structure.nests else []),
         located("ray_nested.cl" if structure.nests else "ray.cl"),
         *([] if structure.rays == "given" else [located("film.cl")]),
         located(
@@ -55,9 +57,11 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         *([located(f"total_{_possible(structure)}.cl")] if structure.snell == "exact" else []),
         located(f"snell_{structure.snell}.cl"),
         located("screen.cl"),
+        *([located(f"picture_{'stops' if structure.stops else 'open'}.cl")] if structure.nests else []),
         located(f"ends_{structure.ends}.cl"),
         *_lens_numbers(structure),
         *(["\n".join(_surface_calls(structure))] if structure.needs else []),
+        *(["\n".join(_media(structure))] if structure.nests else []),
         *(located(f"effects/{name}.cl") for name in _effect_files(structure)),
         generated("what this scene consists of"),
         "\n".join(_calls(structure)),
@@ -99,9 +103,8 @@ def _lens(structure: Structure, number: int) -> Iterator[str]:
     yield located("lens.cl")
     if structure.nests:
         yield f"#define LENS_BIT ((maskv)(MASK){1 << structure.nests.index(number)})\n"
-        yield f"#define CONTACT_IS_DECIDED {int(structure.carried == 'double')}\n"
         yield located("lens_nested.cl")
-        yield "#undef LENS_BIT\n#undef CONTACT_IS_DECIDED\n"
+        yield "#undef LENS_BIT\n"
     yield from (located(f"lens_{name}.cl") for name in structure.needs)
     yield "#undef LENS_NUMBER\n#undef LENS\n#undef SURFACE\n"
 
@@ -144,8 +147,6 @@ def _surface_calls(structure: Structure) -> Iterator[str]:
 
 def _calls(structure: Structure) -> Iterator[str]:
     numbers, nested = structure.lenses, "_nested" if structure.nests else ""
-    if structure.nests:
-        yield from _media(structure)
     yield "static inline void start(ray_t *ray, const scene_t *scene) {"
     for i in numbers:
         yield f"  lens_{i}_start{nested}(ray, &scene->lens_{i}, scene->shape_{i});"
@@ -169,6 +170,7 @@ def _calls(structure: Structure) -> Iterator[str]:
 
 def _media(structure: Structure) -> Iterator[str]:
     """Yield what tells the medium of a set of lenses, and its index."""
+    yield generated("the medium of a set of lenses")
     yield "static inline maskv medium_of(maskv set) {\n  maskv medium = NOWHERE;"
     for place, number in enumerate(structure.nests):
         if number in structure.lenses:
@@ -182,7 +184,8 @@ def _media(structure: Structure) -> Iterator[str]:
 
 def _hooked(structure: Structure, hook: Hook, arguments: str) -> Iterator[str]:
     for effect in structure.effects:
-        if hook in effect.hooks:
+        more = _OF_MEDIA.get(effect.name, ()) if structure.nests else ()
+        if hook in (*effect.hooks, *more):
             yield f"  {effect.name}_{hook}({arguments});"
 
 

@@ -8,7 +8,7 @@ program, and the kernel cache grows with forms, not with values.
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 from lenscl.codegen.fragments import Precision, carried
@@ -37,6 +37,7 @@ class Structure:
     parks: bool  # whether the last few rays of a packet are put aside for another launch
     counts: bool = False  # whether the searches' steps are counted
     nests: tuple[int, ...] = ()  # the lenses, lowest priority first, where their solids may touch or overlap
+    stops: bool = False  # whether rays end where they meet the picture first; then `nests` has the lenses
     source: Literal["point", "parallel"] = "point"  # of the film's rays, also where others are traced
 
     def form(self) -> tuple[Hashable, ...]:
@@ -129,7 +130,7 @@ def layout(structure: Structure) -> Layout:
     members = [
         Member("film", _FILM),
         Member("source", _SOURCES[structure.rays]),
-        Member("picture", _PICTURE),
+        Member("picture", replace(_PICTURE, slots=_PICTURE.slots + _STOPPING_SLOTS) if structure.stops else _PICTURE),
         Member("method", method_struct(structure)),
         Member("n_medium", comment="index around the lenses"),
     ]
@@ -215,3 +216,4 @@ _NESTED_SLOTS = (
     Slot("noise", 1, "the most that rounding changes of F near the surface"),
     Slot("place", 1, "and of each coordinate of a local point"),
 )
+_STOPPING_SLOTS = (Slot("blur", 1, "what rounding does to a point and its distance from the plane, scene units"),)

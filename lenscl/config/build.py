@@ -99,6 +99,7 @@ def read_scene(document: Mapping[str, Any], problems: list[str]) -> Scene | None
             outside=picture.outside,
             filter=cast(Literal["nearest", "bilinear", "bicubic"], picture.filter),
             encoding=cast(Literal["srgb", "linear"] | None, picture.encoding),
+            stops=cast(Literal["auto"] | bool, picture.stops),
         ),
         medium=medium.n,
         lenses=tuple(lenses),

@@ -123,6 +123,7 @@ class Picture(_Screen):
     outside: tuple[float, ...]
     filter: Literal["nearest", "bilinear", "bicubic"]
     encoding: Literal["srgb", "linear"] | None
+    stops: Literal["auto"] | bool = "auto"  # whether rays end where they meet it first
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -283,6 +284,8 @@ class Scene:
         picture["filter"] = self.picture.filter
         if self.picture.encoding is not None:
             picture["encoding"] = self.picture.encoding
+        if self.picture.stops != "auto":
+            picture["stops"] = self.picture.stops
         return {
             "source": source,
             "film": _screen_document(self.film),

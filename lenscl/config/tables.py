@@ -47,6 +47,10 @@ def _flag() -> tuple[PlainValidator, WithJsonSchema]:
     return PlainValidator(checks.OneOf((True, False))), WithJsonSchema({"type": "boolean"})
 
 
+def _auto() -> tuple[PlainValidator, WithJsonSchema]:
+    return PlainValidator(checks.OneOf(("auto", True, False))), WithJsonSchema({"enum": ["auto", True, False]})
+
+
 def _whole(low: int, high: int) -> tuple[PlainValidator, WithJsonSchema]:
     schema = {"type": "integer", "minimum": low, "maximum": high}
     return PlainValidator(checks.Whole(low, high)), WithJsonSchema(schema)
@@ -91,6 +95,9 @@ class PictureTable(Table):
     filter: Annotated[str, *_words("nearest", "bilinear", "bicubic")] = Field("bilinear", description="Interpolation.")
     encoding: Annotated[str, *_words("srgb", "linear")] | None = Field(
         None, description="How the image's numbers code light; left out: srgb for whole numbers, linear for floats."
+    )
+    stops: Annotated[str | bool, *_auto()] = Field(
+        "auto", description="Whether rays end where they meet the picture first; auto: where it lies on or in a solid."
     )
 
 

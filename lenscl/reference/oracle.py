@@ -21,6 +21,7 @@ from lenscl.reference.crossing import UndecidableError
 from lenscl.reference.jets import contains_zero
 from lenscl.reference.library import python_flint
 from lenscl.reference.placed import Placed
+from lenscl.reference.stops import picture_stops
 from lenscl.reference.vectors import cross, dot, minus, plus, times, unit, vector
 from lenscl.status import RayStatus
 
@@ -231,6 +232,7 @@ class _Met:
 
     lenses: frozenset[int]  # their numbers
     nearest: int  # the first of them
+    t: arb  # of the ray there
     point: Vector  # world, on that one
     normal: Vector  # of that one, outward, of any length
 
@@ -242,6 +244,7 @@ class _Path:
         self.scene, self.bits, self.shake = scene, bits, shake
         self.lenses = [Placed(lens) for lens in scene.lenses]
         self.events = 0
+        self.is_screen = picture_stops(scene)
         self.rank = {number: place for place, number in enumerate(scene.by_priority())}
         self.inside: frozenset[int] = frozenset()  # numbers of the lenses whose solids it travels in
         self.on: frozenset[int] = frozenset()  # and of those on whose surfaces it starts, exactly
@@ -268,6 +271,8 @@ class _Path:
         """Follow the ray to its end."""
         while True:
             met = self._next_surfaces()
+            if self.is_screen and self._meets_picture(met):
+                return self._landed()
             if met is None:
                 return self._landed()
             behind = self.inside ^ met.lenses
@@ -312,7 +317,30 @@ class _Path:
         for t, other, its_local in found:
             if other != number and self._touches(t - nearest[0], normal, self._normal(other, its_local), number, point):
                 lenses.add(other)
-        return _Met(frozenset(lenses), number, point, normal)
+        return _Met(frozenset(lenses), number, nearest[0], point, normal)
+
+    def _meets_picture(self, met: _Met | None) -> bool:
+        """Say whether the ray meets the picture before what it meets next, or on a face that lies on the picture."""
+        place = self._on_plane()
+        if place is None:
+            return False
+        distance, s, t = place
+        if distance < 0 or any(x < 0 or x >= 1 for x in (s, t)):
+            return False
+        if met is not None and distance > met.t:
+            picture = self.scene.picture
+            normal = cross(vector(picture.right), vector(picture.down))
+            if not self._touches(distance - met.t, met.normal, normal, met.nearest, met.point):
+                return False
+        if not distance > 0:
+            raise UndecidableError("the ray starts on the picture's plane")
+        if not all(x >= 0 and x < 1 for x in (s, t)) and met is not None:
+            raise UndecidableError("the ray meets an edge of the picture")
+        if met is not None and not distance < met.t:
+            picture = self.scene.picture
+            normal = cross(vector(picture.right), vector(picture.down))
+            self._touches(distance - met.t, met.normal, normal, met.nearest, met.point)  # or raises
+        return True
 
     def _touches(self, apart: arb, normal: Vector, other: Vector, number: int, point: Vector) -> bool:
         """Say whether a surface that is met so much later is in contact with the nearest.
@@ -369,24 +397,13 @@ class _Path:
         return True
 
     def _landed(self) -> Proof:
-        picture = self.scene.picture
-        right, down = vector(picture.right), vector(picture.down)
-        normal = cross(right, down)
-        toward = minus(vector(picture.corner), self.origin)
-        falls = dot(normal, self.direction)
-        if falls.is_zero():
+        place = self._on_plane()
+        if place is None:
             return self._ended(RayStatus.BEHIND)
-        if contains_zero(falls):
-            raise UndecidableError("the ray is parallel to the picture, or nearly so")
-        distance = dot(normal, toward) / falls
+        distance, s, t = place
         if contains_zero(distance):
             raise UndecidableError("the ray starts on the picture's plane")
-        if distance < 0:
-            return self._ended(RayStatus.BEHIND)
-        point = minus(times(distance, self.direction), toward)
-        square = dot(normal, normal)
-        s, t = dot(cross(point, down), normal) / square, dot(cross(right, point), normal) / square
-        if abs(s) > _FARTHEST or abs(t) > _FARTHEST:
+        if distance < 0 or abs(s) > _FARTHEST or abs(t) > _FARTHEST:
             return self._ended(RayStatus.BEHIND)
         radius = max(float(each.rad().upper()) for each in (s, t)) * (1 + 2.0**-50)
         status = RayStatus.PICTURE if all(x >= 0 and x < 1 for x in (s, t)) else RayStatus.OFF_PICTURE
@@ -396,6 +413,22 @@ class _Path:
                 reason="the ray lands on an edge of the picture",
             )  # fmt: skip
         return Proof(status=status, events=self.events, st=(s, t), radius=radius, bits=self.bits)
+
+    def _on_plane(self) -> tuple[arb, arb, arb] | None:
+        """Return the distance of the picture's plane along the ray, and s and t there; None where it is parallel."""
+        picture = self.scene.picture
+        right, down = vector(picture.right), vector(picture.down)
+        normal = cross(right, down)
+        toward = minus(vector(picture.corner), self.origin)
+        falls = dot(normal, self.direction)
+        if falls.is_zero():
+            return None
+        if contains_zero(falls):
+            raise UndecidableError("the ray is parallel to the picture, or nearly so")
+        distance = dot(normal, toward) / falls
+        point = minus(times(distance, self.direction), toward)
+        square = dot(normal, normal)
+        return distance, dot(cross(point, down), normal) / square, dot(cross(right, point), normal) / square
 
     def _ended(self, status: RayStatus) -> Proof:
         return Proof(status=status, events=self.events, st=None, radius=0.0, bits=self.bits)

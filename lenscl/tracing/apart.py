@@ -9,16 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from functools import lru_cache
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.config import Lens
 from lenscl.expr import bounds, evaluate
+from lenscl.lenses import Vec3
 from lenscl.tracing.placement import Placement
 
 _MOST_CELLS = 2**14  # that are left at a time; a face that two solids share is in more of them at every step
+_MOST_PATCHES = 2**12  # of a parallelogram that are left at a time
+_NEAR = 1e-5  # of the box: what is as near is on the picture or before it by what single precision may not tell
 _MOST_STEPS = 40  # each halves every cell
 _MARGIN = 1e-12  # of the lengths at hand: far more than mapping a cell to the other lens's space loses
 
@@ -27,7 +29,20 @@ Array = NDArray[np.float64]
 
 def touching(lenses: tuple[Lens, ...], some: Collection[int]) -> tuple[tuple[int, int], ...]:
     """Return the pairs, by number, of some of a scene's lenses whose solids may touch or overlap."""
-    return tuple(pair for pair in combinations(sorted(some), 2) if not _apart(lenses[pair[0]], lenses[pair[1]]))
+    return _touching(lenses, tuple(sorted(some)))
+
+
+@lru_cache(maxsize=256)
+def _touching(lenses: tuple[Lens, ...], some: tuple[int, ...]) -> tuple[tuple[int, int], ...]:
+    if len(some) < 2:
+        return ()
+    corners = np.stack([Placement.of(lenses[number]).corners() for number in some])
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    slack = _MARGIN * np.abs(corners).max(axis=(1, 2))[:, np.newaxis]
+    low, high = low - slack, high + slack
+    meets = ((low[:, np.newaxis] <= high) & (low <= high[:, np.newaxis])).all(axis=-1)
+    pairs = ((some[i], some[j]) for i, j in np.argwhere(np.triu(meets, 1)).tolist())
+    return tuple(pair for pair in pairs if not _apart(lenses[pair[0]], lenses[pair[1]]))
 
 
 @lru_cache(maxsize=4096)
@@ -62,6 +77,31 @@ def _apart(a: Lens, b: Lens) -> bool:
         moved[:, axis] = halves[:, axis]
         middles, halves = np.concatenate([middles - moved, middles + moved]), np.concatenate([halves, halves])
     return False
+
+
+@lru_cache(maxsize=4096)
+def reaches(lens: Lens, corner: Vec3, right: Vec3, down: Vec3) -> bool:
+    """Return whether a solid may come nearer to a parallelogram than `_NEAR` of its box: False is proved."""
+    placed = Placement.of(lens)
+    start = placed.local(np.asarray(corner, dtype=np.float64))
+    spans = np.array([right, down]) @ placed.to_local.T
+    far = np.abs(placed.to_local) @ (np.abs(corner) + np.abs(right) + np.abs(down) + np.abs(placed.centre))
+    lost = _MARGIN * far + _NEAR * (placed.box[1] - placed.box[0]).max()
+    at, size = np.array([[0.5, 0.5]]), np.array([0.5, 0.5])
+    for step in range(_MOST_STEPS):
+        middles, halves = start + at @ spans, np.broadcast_to(size @ np.abs(spans) + lost, (len(at), 3))
+        keeps = ((middles + halves >= placed.box[0]) & (middles - halves <= placed.box[1])).all(axis=1)
+        keeps[keeps] = _may_hold(lens, middles[keeps], halves[keeps])
+        at, middles = at[keeps], middles[keeps]
+        if not len(at):
+            return False
+        if len(at) > _MOST_PATCHES or (_value(lens, middles) < 0.0).any():
+            return True
+        axis = step % 2
+        size[axis] /= 2
+        moved = np.eye(2)[axis] * size[axis]
+        at = np.concatenate([at - moved, at + moved])
+    return True
 
 
 def _may_hold(lens: Lens, middles: Array, halves: Array) -> NDArray[np.bool_]:

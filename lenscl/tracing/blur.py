@@ -41,6 +41,11 @@ def blur_of(lens: Lens, reach: float, precision: Literal["single", "double"]) ->
     }
 
 
+def screen_blur(reach: float, precision: Literal["single", "double"]) -> float:
+    """Return what rounding may do to a point of a ray, and to its distance from a plane, in scene units."""
+    return _ROUNDINGS * _EPSILON[precision] * reach
+
+
 @lru_cache(maxsize=256)
 def _noise(lens: Lens) -> float:
     """Return what double precision may lose of F near the surface."""

@@ -14,7 +14,7 @@ import numpy as np
 from lenscl.config import Effects, Lens, Needs, Scene, Study
 from lenscl.effects import EFFECTS, NESTED, Effect, Fact, Value, Variant
 from lenscl.errors import StudyError
-from lenscl.tracing.apart import touching
+from lenscl.tracing.apart import reaches, touching
 from lenscl.tracing.reach import reached
 from lenscl.tracing.start import locate
 
@@ -256,6 +256,34 @@ def _shows_an_image(scene: Scene, *_: object) -> Finding:
 
 def _shows(scene: Scene, holds: bool, what: str) -> Finding:
     return Finding(holds=holds, why=f"effects.environment is {'' if holds else 'not '}{what}")
+
+
+def stopping(scene: Scene) -> Finding:
+    """Return whether the picture stops light, and why: where it lies on or in a solid, or was told to.
+
+    Raises
+    ------
+    StudyError
+        If it lies on or in a solid, and was told not to.
+    """
+    asked, picture = scene.picture.stops, scene.picture
+    on = [
+        scene.lens_key(number)
+        for number, lens in enumerate(scene.lenses)
+        if reaches(lens, picture.corner, picture.right, picture.down)
+    ]
+    if asked is True:
+        return Finding(holds=True, why="picture.stops is true")
+    if not on:
+        return Finding(holds=False, why="picture.stops is false" if asked is False else "no solid reaches the picture")
+    if asked is False:
+        raise StudyError(
+            [
+                f"picture.stops: the picture may lie on or in {on[0]}, where a last straight leg has no meaning; "
+                'use "auto" or true, or move one away'
+            ]
+        )
+    return Finding(holds=True, why=f"{on[0]} may reach the picture")
 
 
 def _nested(scene: Scene, lenses: Collection[int], _: bool) -> Finding:

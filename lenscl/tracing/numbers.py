@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from lenscl.codegen import EMPTY, KernelSource
 from lenscl.config import Film, Picture, Scene
 from lenscl.lenses import Vec3
-from lenscl.tracing.blur import blur_of
+from lenscl.tracing.blur import blur_of, screen_blur
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.start import locate, locate_sets
 
@@ -28,6 +28,8 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
     }
     values |= _prefixed("source", _source(scene, source.structure.rays, bool(source.structure.nests)))
     values |= _prefixed("picture", picture_numbers(scene))
+    if source.structure.stops:
+        values["picture.blur"] = screen_blur(_reach(scene), source.structure.carried)
     values |= _prefixed("method", _method(scene, source.structure.reads()))
     for number in source.structure.lenses:
         lens = scene.lenses[number]

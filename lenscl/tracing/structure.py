@@ -14,7 +14,7 @@ from lenscl.device import Device
 from lenscl.effects import NESTED
 from lenscl.errors import StudyError, TraceError
 from lenscl.methods import Method
-from lenscl.tracing.called import needs_of
+from lenscl.tracing.called import needs_of, stopping
 from lenscl.tracing.parking import can_park
 from lenscl.tracing.placement import Placement
 
@@ -69,7 +69,7 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
         )
     width = chosen.width(codegen.carried(numerics.precision))
     needs, searched = needs_of(scene, rays_given=rays == "given"), methods_of(scene)
-    reached = sorted(needs.lenses)
+    reached, stops = sorted(needs.lenses), stopping(scene).holds
     return Structure(
         lenses={number: scene.lenses[number].surface for number in reached},
         rays=rays,
@@ -82,7 +82,8 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
         run=chosen.run,
         parks=can_park(chosen, width),
         source=scene.source.kind,
-        nests=_nests(scene) if NESTED in needs.facts else (),
+        nests=_nests(scene) if NESTED in needs.facts or stops else (),
+        stops=stops,
     )
 
 
