@@ -69,6 +69,11 @@ class Follower:
         """The precision that rays are carried in."""
         return self._job.dtype
 
+    @property
+    def nests(self) -> bool:
+        """Whether solids may touch or overlap: rays are then followed through sets of them."""
+        return bool(self._job.source.structure.nests)
+
     def rounded(self, vectors: Array) -> Array:
         """Return numbers as the kernel gets them."""
         return vectors.astype(self.dtype).astype(np.float64)

@@ -208,18 +208,18 @@ def two(first: dict[str, Any], second: dict[str, Any], **more: Any) -> Scene:
     two(QUARTIC, QUARTIC | {"centre": [0.3, 0.05, 0.1]}),
     two({"surface": "sphere", "r": 0.5}, {"surface": "sphere", "r": 0.4, "n": 1.0}),
     two({"surface": "sphere", "r": 0.5}, {"surface": "sphere", "r": 0.5, "n": 1.0}),
-    two({"surface": "torus"}, {"surface": "ball", "diameter": 0.4, "centre": [0.7, 0.0, -0.25], "absorbs": True}),
-], ids=["overlapping", "nested", "twice the same", "an opaque one in a ring"])  # fmt: skip
-def test_lenses_that_share_a_place_are_named(scene: Scene) -> None:
-    warning = told(checked(scene), "overlap")
+], ids=["overlapping", "nested", "twice the same"])  # fmt: skip
+def test_lenses_that_share_a_place_are_named_where_a_medium_is_mistaken(scene: Scene) -> None:
+    assert checked(scene).failed == 0
+    with broken(Fault("around", "trace_nested.cl", "index_of(scene, after);", "(realv)NUMBER(1.9);")):
+        warning = told(checked(scene), "media")
     assert "likely cause: lens.one and lens.other overlap, touch or lie in one another there" in warning
     assert "numerics" not in warning
-    assert "report" not in warning
 
 
 @pytest.mark.parametrize("precision", ["double", "single"])
 def test_a_cemented_doublet_raises_no_alarm(precision: str) -> None:
-    """Its lenses meet in a face of one radius: every ray leaves one where it enters the other."""
+    """Its lenses meet in a face of one radius: every ray crosses it once; what single leaves undecided double does."""
     crown = {"surface": "conic_singlet", "n": 1.5168, "c1": 0.016, "c2": -0.022, "thickness": 4.0, "diameter": 25.4}
     flint = {"surface": "conic_singlet", "n": 1.6727, "c1": -0.022, "c2": -0.0078, "thickness": 2.5, "diameter": 25.4}
     scene = two(
@@ -231,9 +231,10 @@ def test_a_cemented_doublet_raises_no_alarm(precision: str) -> None:
     scene = scene.replace(film)
     check = checked(scene, precision=precision)
     assert check.failures == (), [str(failure) for failure in check.failures]
-    assert check.surfaces == 4 * check.rays > 200
+    assert check.returned == 3 * check.rays > 150
+    assert check.surfaces == (3 if precision == "double" else 4) * check.rays
     assert check.untold == 0
-    assert check.unchecked.keys() <= {"borderline"}
+    assert check.unchecked == {}
 
 
 LONGER = "const realv l = {};\n  const real3v u = {{l * t.x, l * t.y, l * t.z}};\n  return pick3(*total, d, u);"

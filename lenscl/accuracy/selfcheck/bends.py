@@ -8,6 +8,7 @@ direction behind the surface itself, up to its length: the part of t across that
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
@@ -17,6 +18,7 @@ from lenscl.accuracy.selfcheck.hits import SAFETY, Hits
 from lenscl.config import Scene
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 _FAR_OFF = 1e30  # a residual that is no number
 
 
@@ -26,24 +28,62 @@ def bends(scene: Scene, hits: Hits, before: Array, after: Array, eps: float) -> 
     A point on the edge of several faces is held to the one that serves best. Where no face has a normal that is known
     well enough, the bound is infinite.
     """
-    n, faces = hits.turn.shape
     every = [
-        _bent(scene, hits, face, before, after, eps, leaves, turns_back)
-        for face, leaves, turns_back in product(range(faces), (False, True), (False, True))
+        _bent(scene, hits, face, before, after, eps, *_indices(scene, hits, leaves), leaves, turns_back)
+        for face, leaves, turns_back in product(range(hits.turn.shape[1]), (False, True), (False, True))
     ]
+    return _best(hits, every)
+
+
+def bends_between(
+    scene: Scene, hits: Hits, before: Array, after: Array, eps: float, n_before: Array, n_other: Array, turns_back: Mask
+) -> tuple[Array, Array]:
+    """Return the same as `bends` where the media on both sides are known, and whether the ray stays in the first.
+
+    Parameters
+    ----------
+    n_before, n_other : float64 array, shape (N,)
+        Refractive indices of the medium that a ray comes from, and of the one behind the surface.
+    turns_back : bool array, shape (N,)
+        Whether the ray goes on in the medium that it comes from.
+    """
+    every = []
+    for face, leaves in product(range(hits.turn.shape[1]), (False, True)):
+        through, back = (
+            _bent(scene, hits, face, before, after, eps, n_before, n_other, leaves, turned) for turned in (False, True)
+        )
+        every.append(tuple(np.where(turns_back, b, a) for a, b in zip(through, back, strict=True)))
+    return _best(hits, every)
+
+
+def mirrored(hits: Hits, before: Array) -> Array:
+    """Return what total reflection makes of directions, by the normal of the face that is known best."""
+    normal = hits.normal[np.arange(len(before)), np.argmin(hits.turn, axis=1)]
+    turned: Array = before - 2.0 * _dot(before, normal)[:, None] * normal
+    return turned
+
+
+def _best(hits: Hits, every: Sequence[tuple[Array, ...]]) -> tuple[Array, Array]:
+    """Return of several residuals and bounds of each ray those that serve best."""
     residual, bound = (np.stack(part) for part in zip(*every, strict=True))
     best = np.argmin(np.where(np.isfinite(bound), residual / bound, np.inf), axis=0)
-    rays = np.arange(n)
+    rays = np.arange(len(hits.turn))
     return residual[best, rays], np.where(np.isfinite(hits.turn).any(axis=1), bound[best, rays], np.inf)
 
 
-def _bent(scene: Scene, hits: Hits, face: int, d: Array, t: Array, eps: float, leaves: bool, turns_back: bool
-          ) -> tuple[Array, Array]:  # fmt: skip
+def _indices(scene: Scene, hits: Hits, leaves: bool) -> tuple[Array, Array]:
+    """Return the indices before and behind surfaces of lenses that are apart."""
+    n_medium = np.full_like(hits.index, scene.n_medium)
+    return (hits.index, n_medium) if leaves else (n_medium, hits.index)
+
+
+def _bent(
+    scene: Scene, hits: Hits, face: int, d: Array, t: Array, eps: float, n_before: Array, n_other: Array, leaves: bool,
+    turns_back: bool,
+) -> tuple[Array, Array]:  # fmt: skip
     """Return the worst residual, with its bound, of a ray that meets one face from one side and goes to one side."""
     turn = hits.turn[:, face]
     normal = -hits.normal[:, face] if leaves else hits.normal[:, face]  # against the ray
-    n_medium = np.full_like(hits.index, scene.n_medium)
-    n_before, n_other = (hits.index, n_medium) if leaves else (n_medium, hits.index)
     n_after = n_before if turns_back else n_other
     eta = n_before / n_other
     aside = turn + SAFETY * eps  # of a cosine
@@ -83,7 +123,8 @@ def stopped(scene: Scene, hits: Hits, before: Array, eps: float) -> tuple[Array,
     for face, leaves in product(range(hits.turn.shape[1]), (False, True)):
         normal = hits.normal[:, face]
         turned = before - 2.0 * _dot(before, normal)[:, None] * normal
-        residual, bound = _bent(scene, hits, face, before, turned, eps, leaves, turns_back=True)
+        indices = _indices(scene, hits, leaves)
+        residual, bound = _bent(scene, hits, face, before, turned, eps, *indices, leaves, turns_back=True)
         with np.errstate(invalid="ignore"):
             ratio = np.where(np.isfinite(bound), residual / bound, np.inf)
         better = ratio < smallest

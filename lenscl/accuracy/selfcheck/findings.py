@@ -7,10 +7,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Self
 
-LAWS = ("length", "surface", "snell", "stop", "return", "ahead", "place", "map")
+LAWS = ("length", "surface", "contact", "snell", "stop", "return", "ahead", "place", "map")
 _EXPECTED = {
     "length": "a unit direction",
     "surface": "|F| = 0 at the point where the surface is met",
+    "contact": "one interface where faces of several lenses are in contact",
     "snell": "a ray that bends by the scene's rule",
     "stop": "a ray that ends at the first opaque lens it meets, in the direction in which it came, and at no other",
     "return": "a ray that comes back the way it came",
@@ -20,7 +21,12 @@ _EXPECTED = {
 }
 # Why a law may be broken, and what to do about it; `about` says what or where
 CAUSES = {
-    "overlap": (
+    "media": (
+        "{about} overlap, touch or lie in one another there, and the program seems to have mistaken which of them is "
+        "the medium: report it with the study and this pixel; until it is mended, write both as one lens by `min` if "
+        "they have one index, or leave a gap between them"
+    ),
+    "overlap": (  # in tables that were made before solids could overlap
         "{about} overlap, touch or lie in one another there, and no path through both is defined: move them apart, or "
         "write both as one lens by `min`"
     ),

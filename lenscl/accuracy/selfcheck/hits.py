@@ -130,7 +130,7 @@ def candidates(scene: Scene, points: Array, eps: float, tolerance: Tolerance) ->
         if not at.size:
             continue
         here = lens.hits(points[at])
-        rank = _rank(here)
+        rank = rank_of(here)
         nearer = rank < ranks[0, at]
         next_best = ~nearer & (rank < ranks[1, at])
         _copy(second, first, at[nearer], at[nearer])  # what was the first until now
@@ -142,7 +142,25 @@ def candidates(scene: Scene, points: Array, eps: float, tolerance: Tolerance) ->
     return first, second, (ranks[1] <= 1.0) & np.isfinite(second.bound)
 
 
-def _rank(hits: Hits) -> Array:
+def hits_on_each(scene: Scene, points: Array, eps: float, tolerance: Tolerance) -> tuple[Hits, ...]:
+    """Return what each lens of a scene is at all points, lens by lens; parameters are those of `hits_of`.
+
+    Outside a lens's box |F| is infinite, and it has no normal.
+    """
+    lenses = [_Placed(number, lens, eps, tolerance) for number, lens in enumerate(scene.lenses)]
+    faces = max(len(lens.leaves) for lens in lenses)
+    every = []
+    for lens in lenses:
+        made = _none(len(points), faces)
+        made.lens[:], made.index[:], made.size[:] = lens.number, lens.lens.n, lens.size
+        at = np.flatnonzero(lens.may_hold(points))
+        if at.size:
+            _copy(made, lens.hits(points[at]), at, np.arange(len(at)))
+        every.append(made)
+    return tuple(every)
+
+
+def rank_of(hits: Hits) -> Array:
     """Return |F| in terms of its bound, at most 1 where the point lies on the surface; where that is not known, beyond.
 
     What is not known is no success: it must not win against a lens whose surface is met.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.accuracy.selfcheck.hits import SAFETY, Hits
+from lenscl.accuracy.selfcheck.media import in_box, ranks
 from lenscl.config import Lens, Picture, Scene
 from lenscl.expr import evaluate_with_error, gradient
 from lenscl.reference import Placement, land
@@ -16,6 +17,8 @@ from lenscl.reference import Placement, land
 Array = NDArray[np.float64]
 
 _SAMPLES = 48  # of the way through a lens's box: what is thinner than a part of it may be passed over here, too
+_EVENLY = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+_CLOSE = 0.25 ** np.arange(4, 22)  # of a leg, from its ends
 _ENOUGH = 0.5  # of the samples: where F is known at fewer, nothing is said of a leg
 _EPS = float(np.finfo(np.float64).eps)
 
@@ -74,11 +77,12 @@ class Clear:
         return Clear(**{name: np.concatenate([getattr(self, name), getattr(others, name)]) for name in names})
 
 
-def obstacles(scene: Scene, legs: Clear, eps: float) -> tuple[Array, Array]:
+def obstacles(scene: Scene, legs: Clear, eps: float, *, nests: bool = False) -> tuple[Array, Array]:
     """Return how deep legs go through what they should not, in terms of F, and what rounding allows there.
 
-    A leg around the lenses must not go through any; one within a lens must stay in it. The bound is infinite where F
-    is known at too few places of the leg to tell.
+    A leg around the lenses must not go through any; one within a lens must stay in it, and where solids may overlap
+    also go through none of higher priority. The bound is infinite where F is known at too few places of the leg to
+    tell.
 
     Parameters
     ----------
@@ -86,8 +90,14 @@ def obstacles(scene: Scene, legs: Clear, eps: float) -> tuple[Array, Array]:
     legs : Clear
     eps : float
         Of the precision that the rays were carried in.
+    nests : bool
+        Whether solids may touch or overlap. Legs are then looked at close to their ends as well, where surfaces that
+        are not quite in contact leave a gap, and those within a lens in all of their length.
     """
     n = len(legs.origin)
+    rank = np.append(ranks(scene), -1)  # -1: around all lenses
+    share = np.concatenate([_EVENLY, *((_CLOSE, 1.0 - _CLOSE) if nests else ())])
+    samples = len(share)
     depth, bound = np.zeros(n), np.ones(n)
     unknown = np.zeros(n, np.bool_)
     for number, lens in enumerate(scene.lenses):
@@ -95,10 +105,14 @@ def obstacles(scene: Scene, legs: Clear, eps: float) -> tuple[Array, Array]:
         start, along = placement.point_to_local(legs.origin), placement.vector_to_local(legs.direction)
         enter, leave = _span(lens, start, along)
         leave = np.minimum(leave, legs.length)
-        looks = ((legs.within == -1) | (legs.within == number)) & (leave > enter)
+        if nests:
+            stays = legs.within == number
+            enter, leave = np.where(stays, 0.0, enter), np.where(stays, legs.length, leave)
+            looks = (rank[number] >= rank[legs.within]) & (leave > enter)
+        else:
+            looks = ((legs.within == -1) | (legs.within == number)) & (leave > enter)
         if not looks.any():
             continue
-        share = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
         t = enter[:, None] + share * np.where(looks, leave - enter, 0.0)[:, None]
         points = (start[:, None] + t[:, :, None] * along[:, None]).reshape(-1, 3)
         values: dict[str, Any] = {**lens.values, **dict(zip("xyz", points.T, strict=True))}
@@ -107,13 +121,17 @@ def obstacles(scene: Scene, legs: Clear, eps: float) -> tuple[Array, Array]:
         )
         slopes = [evaluate_with_error(each, values)[0] for each in gradient(lens.surface.expression)]
         slope = sum(np.abs(np.broadcast_to(each, len(points))) for each in slopes)
-        size = np.abs(points).max(axis=1) + np.repeat(np.abs(start).max(axis=1), _SAMPLES)
-        most = SAFETY * (rounding * eps / _EPS + slope * eps * size) + np.repeat(legs.allowed, _SAMPLES)
-        wrong = np.maximum(np.where(np.repeat(legs.within == number, _SAMPLES), f, -f), 0.0)
-        tells = looks.repeat(_SAMPLES) & np.isfinite(most) & np.isfinite(f)
+        if nests:  # what is out of its box is out of the solid, by so much
+            f = np.where(
+                in_box(lens, points, is_local=True), f, np.maximum(np.where(np.isfinite(f), np.abs(f), 0.0), slope)
+            )
+        size = np.abs(points).max(axis=1) + np.repeat(np.abs(start).max(axis=1), samples)
+        most = SAFETY * (rounding * eps / _EPS + slope * eps * size) + np.repeat(legs.allowed, samples)
+        wrong = np.maximum(np.where(np.repeat(legs.within == number, samples), f, -f), 0.0)
+        tells = looks.repeat(samples) & np.isfinite(most) & np.isfinite(f)
         ratio = np.divide(wrong, most, out=np.zeros(len(points)), where=tells & (wrong > 0.0))
-        unknown |= looks & (tells.reshape(-1, _SAMPLES).mean(axis=1) < _ENOUGH)
-        worst = ratio.reshape(-1, _SAMPLES).argmax(axis=1) + np.arange(n) * _SAMPLES
+        unknown |= looks & (tells.reshape(-1, samples).mean(axis=1) < _ENOUGH)
+        worst = ratio.reshape(-1, samples).argmax(axis=1) + np.arange(n) * samples
         deeper = ratio[worst] > depth / bound
         depth, bound = np.where(deeper, wrong[worst], depth), np.where(deeper, most[worst], bound)
     return depth, np.where((depth <= bound) & unknown, np.inf, bound)

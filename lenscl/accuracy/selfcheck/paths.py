@@ -8,13 +8,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.accuracy.selfcheck.bends import bends, stopped
+from lenscl.accuracy.selfcheck.arranged import arranged
 from lenscl.accuracy.selfcheck.causes import with_causes
 from lenscl.accuracy.selfcheck.findings import LAWS, MOST_FAILURES, UNCHECKED, SelfCheck
-from lenscl.accuracy.selfcheck.hits import SAFETY, Hits, Tolerance, candidates, chosen
-from lenscl.accuracy.selfcheck.legs import Clear, landings, obstacles, sides
+from lenscl.accuracy.selfcheck.hits import SAFETY, Hits
+from lenscl.accuracy.selfcheck.legs import Clear, landings, obstacles
 from lenscl.accuracy.selfcheck.returns import Leg, Return, Returned, sent_back, sent_to_start
+from lenscl.accuracy.selfcheck.separate import separate
 from lenscl.accuracy.selfcheck.tally import Tally
+from lenscl.accuracy.selfcheck.walk import LANDS, LEAVES, STOPS, Interfaces, Walk
 from lenscl.device import Device
 from lenscl.status import RayStatus
 from lenscl.tracing import Ends, Follower, methods_of
@@ -24,10 +26,8 @@ Mask = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
 
 _MOST_EVENTS = 16  # surfaces of a ray that are looked at
-_LANDS = tuple(int(status) for status in RayStatus if status.lands)
-_LEAVES = (*_LANDS, int(RayStatus.BEHIND))  # all lenses, for good
-_STOPS = (int(RayStatus.BLOCKED), int(RayStatus.TOTAL_REFLECTION))  # at the last surface, with the direction before it
 _LARGEST = 1e30  # a residual that is no number is written as this
+_HALF = 0.5  # between none and one
 
 
 class Paths:
@@ -98,70 +98,62 @@ class Paths:
         start = self.follower.starts(self.origins, self.vectors)
         points = np.stack([start[0], *(end.origin for end in each)])
         directions = np.stack([start[1], *(end.direction for end in each)])
-        event, ray = np.nonzero(np.arange(1, most + 1)[:, None] <= ends.events)  # event counts from 0 here
+        walk = Walk(points=points, directions=directions, ends=ends)
+        event, ray, at, is_blocked = walk.event, walk.ray, walk.at, walk.is_blocked
         self.surfaces = len(ray)
-        before, after, at = directions[event, ray], directions[event + 1, ray], points[event + 1, ray]
+        known_of = arranged if self.follower.nests else separate
+        known = known_of(self.scene, walk, self.eps)
+        hits = known.hits
 
-        # A ray that ended at a surface keeps its direction. Where two lenses touch it may have met either
-        last = event + 1 == ends.events[ray]
-        is_blocked, is_reflected = (last & (ends.status[ray] == status) for status in _STOPS)
-        hits, others, touches = candidates(self.scene, at, self.eps, Tolerance.of(self.scene, self.eps))
-        residual, bound = self._bends(hits, before, after, is_reflected)
-        if touches.any():
-            r, b = self._bends(others, before, after, is_reflected)
-            better = touches & np.isfinite(b) & ~(residual / bound <= r / b)
-            residual, bound = np.where(better, r, residual), np.where(better, b, bound)
-            hits, others = chosen(better, hits, others), chosen(better, others, hits)
-
-        self._check_lengths(directions, ends, hits, event, ray)
-        finite = np.isfinite(np.stack([before, at, after])).all(axis=(0, 2))
-        sums = np.zeros(points.shape[:2])  # a search that starts on a surface takes off what F is there
-        sums[event + 1, ray] = hits.bound
-        allowed = np.cumsum(sums, axis=0)[event + 1, ray]
+        self._check_lengths(walk, known)
         value = np.where(np.isfinite(at).all(axis=1), hits.value, _LARGEST)
-        self.held[ray[self.tally.note("surface", ray, event + 1, value, allowed)]] = True
+        self.held[ray[self.tally.note("surface", ray, event + 1, value, known.value_bound)]] = True
+        if known.in_contact.any():
+            bound = np.where(known.in_contact, _HALF, np.inf)
+            self.tally.note("contact", ray, event + 1, known.twice.astype(np.float64), bound)
 
-        self._check_stops(hits, others, touches, is_blocked, before, after, event, ray)
-        bent = np.where(is_blocked, np.inf, bound)  # nothing bends what is blocked
-        known = np.isfinite(hits.bound) & (np.isfinite(bound) | is_blocked)
-        self.tally.unchecked["singular"] += int((~known).sum())
-        self.tally.note("snell", ray, event + 1, residual, bent)
+        if is_blocked.any() or any(self.scene.blocks(number) for number in range(len(self.scene.lenses))):
+            turned = np.where(is_blocked, np.linalg.norm(walk.after - walk.before, axis=1), 0.0)
+            bound = np.where(known.tells, SAFETY * self.eps, np.inf)
+            self.tally.note("stop", ray, event + 1, np.where(known.agrees, turned, 1.0), bound)
+        bent = np.where(is_blocked, np.inf, known.bound)  # nothing bends what is blocked
+        is_known = np.isfinite(hits.bound) & (np.isfinite(known.bound) | is_blocked)
+        self.tally.unchecked["singular"] += int((~is_known).sum())
+        self.tally.note("snell", ray, event + 1, known.residual, bent)
 
-        # Legs that must be free: of each ray the first one, the one up to where it ended, and the one behind all lenses
-        side = np.where(touches, 0, sides(hits, before))
-        free = (event == 0) | ((is_blocked | is_reflected) & (event < most))
-        free &= finite & (side != 0)
-        starts = points[event[free], ray[free]]
-        most_allowed = np.zeros(len(ends.events))
-        np.maximum.at(most_allowed, ray, np.where(np.isfinite(hits.bound), hits.bound, np.inf))
-        legs_to = Clear(
-            origin=starts, direction=before[free], length=np.linalg.norm(at[free] - starts, axis=1),
-            within=np.where(side[free] > 0, hits.lens[free], -1), allowed=most_allowed[ray[free]],
-        )  # fmt: skip
-        self._check_legs(ends, most_allowed, (legs_to, ray[free], event[free] + 1))
+        self.tally.unchecked["unseen"] += known.unseen
+        self._check_legs(ends, known.allowed, (known.legs, ray[known.leg_of], event[known.leg_of] + 1))
+        self._check_returns(walk, known, bent)
+        return points
+
+    def _check_returns(self, walk: Walk, known: Interfaces, bent: Array) -> None:
+        """Send rays back along legs; `bent`, shape (M,), is infinite where nothing is known of how a ray is bent."""
+        hits, event, ray, most = known.hits, walk.event, walk.ray, walk.most
 
         # What rounding leaves of F along a ray's way: a search that starts on a surface takes that for 0
         slid = np.zeros(len(ray))
         for number in np.unique(hits.lens):
             own = hits.lens == number
-            left = np.zeros(points.shape[:2])
+            left = np.zeros(walk.points.shape[:2])
             left[event[own] + 1, ray[own]] = np.where(np.isfinite(hits.noise[own]), hits.noise[own], 0.0)
             slid[own] = np.cumsum(left, axis=0)[event[own] + 1, ray[own]]
+        if self.follower.nests:  # where a surface is passed that is no event, too
+            slid += np.where(np.isfinite(hits.noise), hits.noise, 0.0)
 
         # Legs that are known to their end: up to the next surface, or with nothing ahead of them
-        onward = np.where(last, np.isin(ends.status[ray], _LEAVES), event + 1 < most)
-        legs = np.flatnonzero(onward & finite & np.isfinite(bent))
+        onward = np.where(walk.last, np.isin(walk.ends.status[ray], LEAVES), event + 1 < most)
+        legs = np.flatnonzero(onward & walk.finite & np.isfinite(bent))
         ways = []
         if legs.size:
-            following = points[np.minimum(event[legs] + 2, most), ray[legs]]
-            end = np.where(last[legs, None], np.nan, following)
-            ways.append(self._sent_back(legs, hits, before, at, after, end, slid))
+            following = walk.points[np.minimum(event[legs] + 2, most), ray[legs]]
+            end = np.where(walk.last[legs, None], np.nan, following)
+            ways.append(self._sent_back(legs, walk, known, end, slid))
         # Where a ray was blocked another one along its last leg is blocked as well: the way back, turned round
-        stops = np.flatnonzero(is_blocked & finite & np.isfinite(hits.bound) & (event < most))
+        stops = np.flatnonzero(walk.is_blocked & walk.finite & np.isfinite(hits.bound) & (event < most))
         if stops.size:
-            place = hits.place[stops] + self._slips(hits, stops, before, slid)
+            place = hits.place[stops] + self._slips(hits, stops, walk.before, slid) + known.apart[stops]
             leg = Leg(
-                before=-before[stops], at=at[stops], along=-before[stops], end=points[event[stops], ray[stops]],
+                before=-walk.before[stops], at=walk.at[stops], along=-walk.before[stops], end=walk.start[stops],
                 size=hits.size[stops], place=place, slack=np.full(len(stops), SAFETY * self.eps),
             )  # fmt: skip
             ways.append((stops, sent_back(self.follower, self.scene, leg, self.eps, may_lose=self.may_lose)))
@@ -169,34 +161,25 @@ class Paths:
             self.returned += int(self._note_returns(back, ray[which], event[which] + 1).sum())
         first = stops[event[stops] == 0] if stops.size else stops
         if first.size:
-            start_of = points[0, ray[first]]
-            back = sent_to_start(self.follower, start_of, at[first], self.eps, may_lose=self.may_lose)
+            back = sent_to_start(self.follower, walk.start[first], walk.at[first], self.eps, may_lose=self.may_lose)
             self._note_returns(back, ray[first], event[first] + 1)
-        return points
 
-    def _bends(self, hits: Hits, before: Array, after: Array, is_reflected: Mask) -> tuple[Array, Array]:
-        residual, bound = bends(self.scene, hits, before, after, self.eps)
-        if is_reflected.any():  # and ended there, in the direction in which it came
-            r, b = stopped(self.scene, hits, before, self.eps)
-            residual, bound = np.where(is_reflected, r, residual), np.where(is_reflected, b, bound)
-        return residual, bound
-
-    def _check_lengths(self, directions: Array, ends: Ends, hits: Hits, event: Pixels, ray: Pixels) -> None:
+    def _check_lengths(self, walk: Walk, known: Interfaces) -> None:
         """Hold |d| against a few roundings at each surface, and against what becomes of those made before.
 
         Snell's rule as kernels/snell_exact.cl has it takes |d| = 1 for granted: of an excess e it makes
         (1 - 2 cos_t^2 + 2 eta cos_i cos_t) e, which is 2 eta at most. The paraxial rule makes directions unit anew.
         """
+        hits, event, ray, directions, ends = known.hits, walk.event, walk.ray, walk.directions, walk.ends
         face, rays = np.argmin(hits.turn, axis=1), np.arange(len(ray))
-        normal, known = hits.normal[rays, face], np.isfinite(hits.turn[rays, face])
+        normal = hits.normal[rays, face]
         cos_i, cos_t = (np.einsum("ni,ni->n", directions[at, ray], normal) for at in (event, event + 1))
-        n_before = np.where(cos_i > 0.0, hits.index, self.scene.n_medium)
-        n_after = np.where(cos_i > 0.0, self.scene.n_medium, hits.index)
-        largest = np.maximum(hits.index / self.scene.n_medium, self.scene.n_medium / hits.index)
-        eta = np.where(known, n_before / n_after, largest)
+        eta = known.n_before / known.n_after
+        is_known, largest = np.isfinite(hits.turn[rays, face]) & np.isfinite(eta), known.ratio
+        eta = np.where(is_known, eta, largest)
         factor = np.where(cos_i * cos_t < 0.0, 1.0, np.abs(1.0 - 2.0 * cos_t**2 + 2.0 * eta * np.abs(cos_i * cos_t)))
-        factor = np.where(known, factor, 2.0 * largest + 1.0)
-        stops = np.isin(ends.status[ray], _STOPS) & (event + 1 == ends.events[ray])  # with the direction before it
+        factor = np.where(is_known, factor, 2.0 * largest + 1.0)
+        stops = np.isin(ends.status[ray], STOPS) & walk.last  # with the direction before it
         factor = np.where(stops, np.maximum(factor, 1.0), factor)
         grows, made = np.ones(directions.shape[:2]), np.zeros(directions.shape[:2])
         grows[event + 1, ray], made[event + 1, ray] = factor, SAFETY * self.eps * (1.0 + eta)
@@ -207,19 +190,6 @@ class Paths:
         residual = np.abs(np.linalg.norm(directions[events, rays], axis=1) - 1.0)
         self.tally.note("length", rays, events, residual, np.stack(bounds)[events, rays])
 
-    def _check_stops(
-        self, hits: Hits, others: Hits, touches: Mask, is_blocked: Mask, before: Array, after: Array, event: Pixels,
-        ray: Pixels,
-    ) -> None:  # fmt: skip
-        """Hold every surface of an opaque lens to end rays unbent, and every other one not to."""
-        blocks = np.array([self.scene.blocks(number) for number in range(len(self.scene.lenses))])
-        if not (blocks.any() or is_blocked.any()):
-            return
-        agrees = (blocks[hits.lens] == is_blocked) | (touches & (blocks[others.lens] == is_blocked))
-        turned = np.where(is_blocked, np.linalg.norm(after - before, axis=1), 0.0)
-        bound = np.where(np.isfinite(hits.bound), SAFETY * self.eps, np.inf)
-        self.tally.note("stop", ray, event + 1, np.where(agrees, turned, 1.0), bound)
-
     def _check_legs(self, ends: Ends, allowed: Array, more: tuple[Clear, Pixels, Pixels] | None = None) -> None:
         """Hold places against the legs that lead to them, and look along legs for what was passed over.
 
@@ -227,7 +197,7 @@ class Paths:
         well, with the ray of each and the surface that it ends at.
         """
         finite = np.isfinite(np.hstack([ends.origin, ends.direction, ends.st])).all(axis=1)
-        lands, leaves = (np.flatnonzero(np.isin(ends.status, some) & finite) for some in (_LANDS, _LEAVES))
+        lands, leaves = (np.flatnonzero(np.isin(ends.status, some) & finite) for some in (LANDS, LEAVES))
         meets_none = ends.events == 0
         if lands.size:
             residual, bound = landings(
@@ -244,7 +214,7 @@ class Paths:
             legs, rays_of, events_of = away.and_also(more[0]), np.append(leaves, more[1]), np.append(events_of, more[2])
         if not rays_of.size:
             return
-        residual, bound = obstacles(self.scene, legs, self.eps)
+        residual, bound = obstacles(self.scene, legs, self.eps, nests=self.follower.nests)
         if self.may_lose:
             lost = residual > bound
             self.tally.unchecked["lost"] += int(lost.sum())
@@ -267,23 +237,23 @@ class Paths:
             slip = (slid[legs] + hits.noise[legs]) / (hits.slope[legs] * steep)
         return np.where(np.isfinite(slip), slip, np.inf)
 
-    def _sent_back(self, legs: Pixels, hits: Hits, before: Array, at: Array, after: Array, end: Array, slid: Array
+    def _sent_back(self, legs: Pixels, walk: Walk, known: Interfaces, end: Array, slid: Array
                    ) -> tuple[Pixels, Returned]:  # fmt: skip
         """Send rays back along legs that start at some surface points, and end at others; `slid` as for `_slips`."""
+        hits, before, after = known.hits, walk.before, walk.after
         slip = self._slips(hits, legs, after, slid)
         with np.errstate(divide="ignore", invalid="ignore"):
             farther = np.where(slip > 0.0, np.maximum(slip / hits.reach[legs], 1.0), 1.0)[:, None]
         turn = np.where(np.isfinite(hits.turn[legs]), hits.turn[legs] + farther * hits.swing[legs], 0.0).max(axis=1)
-        eta = np.maximum(hits.index / self.scene.n_medium, self.scene.n_medium / hits.index)[legs]
-        unturned = turn + SAFETY * self.eps
+        unturned = turn + known.turned[legs] + SAFETY * self.eps
         face = np.argmin(hits.turn[legs], axis=1)
         normal = hits.normal[legs, face]
         # What a turn of the normal does to a direction is magnified where that grazes the surface
         steep = np.abs(np.einsum("ni,ni->n", before[legs], normal))
-        slack = eta * unturned / np.maximum(steep, np.sqrt(unturned))
+        slack = known.ratio[legs] * unturned / np.maximum(steep, np.sqrt(unturned))
         legs_back = Leg(
-            before=before[legs], at=at[legs], along=after[legs], end=end, size=hits.size[legs],
-            place=hits.place[legs] + slip, slack=slack,
+            before=before[legs], at=walk.at[legs], along=after[legs], end=end, size=hits.size[legs],
+            place=hits.place[legs] + slip + known.apart[legs], slack=slack,
         )  # fmt: skip
         return legs, sent_back(self.follower, self.scene, legs_back, self.eps, may_lose=self.may_lose)
 

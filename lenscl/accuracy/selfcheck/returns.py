@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from lenscl.config import Scene
 from lenscl.status import RayStatus
-from lenscl.tracing import Ends, Follower, locate
+from lenscl.tracing import Ends, Follower, locate, locate_sets
 
 Array = NDArray[np.float64]
 _ALONG = 0.875  # of a leg: where the way back starts. Not at its end, which is on a surface to its rounding only
@@ -97,7 +97,7 @@ def sent_back(follower: Follower, scene: Scene, legs: Leg, eps: float, *, may_lo
     n, ways = len(start), len(every) // len(start)
     back = follower.ends(every, directions, 1)
     met = back.events.reshape(ways, n) > 0
-    on = (locate(scene, every)[1] >= 0).reshape(ways, n).any(axis=0)
+    on = _on_surfaces(follower, every).reshape(ways, n).any(axis=0)
     place, direction = (array.reshape(ways, n, 3) for array in (back.origin, back.direction))
 
     # Compare with where and how the leg started
@@ -148,7 +148,7 @@ def sent_to_start(follower: Follower, starts: Array, at: Array, eps: float, *, m
     residual = early.min(axis=0)  # a rounding decides whether it is met, where some pass it
     spread = early.max(axis=0) - residual
     bound = _TOLERATED * spread + _ROUNDINGS * eps * reach
-    on = (locate(follower.scene, every)[1] >= 0).reshape(shape).any(axis=0)
+    on = _on_surfaces(follower, every).reshape(shape).any(axis=0)
     undecided = on | _is_undecided(back, met).any(axis=0) | ((early > 0.0).any(axis=0) & (early == 0.0).any(axis=0))
     lost = (residual > bound) & ~undecided if may_lose else np.zeros_like(undecided)
     kind = np.where(undecided, Return.UNDECIDED, np.where(lost, Return.LOST, Return.CAME)).astype(np.uint8)
@@ -165,6 +165,13 @@ def _beside(start: Array, direction: Array, reach: Array, eps: float) -> tuple[A
             starts.append(start + sign * aside * one)
             directions.append(direction + sign * turned * other)
     return np.concatenate(starts), np.concatenate(directions)
+
+
+def _on_surfaces(follower: Follower, points: Array) -> NDArray[np.bool_]:
+    """Return which points lie on surfaces, as far as rounding lets it be told: a ray's side there is not known."""
+    on: NDArray[np.bool_]
+    on = locate_sets(follower.scene, points)[1] != 0 if follower.nests else locate(follower.scene, points)[1] >= 0
+    return on
 
 
 def _is_undecided(back: Ends, met: NDArray[np.bool_]) -> NDArray[np.bool_]:
