@@ -7,11 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.config import Scene
+from lenscl.config import Lens, Scene
 from lenscl.expr import bounds, evaluate, evaluate_with_error, gradient
 from lenscl.tracing.placement import Placement
 
 _NOWHERE = -1
+_WIDER = 64  # times the box that a point may be moved in: over that F's bounds are as much wider, where F is smooth
 _PLACING_ROUNDINGS = 8  # in (p - centre) to local: one subtraction, three products, two sums, and the map's own
 
 
@@ -80,15 +81,23 @@ def _sides(
 
         touches, is_inside, untold = np.abs(f) <= bound, f < 0.0, np.zeros(0, np.intp)
 
-        # Where F's rounding is not known its bounds about the point may tell the sign: max(known, log(0)) has one
+        # Where F's rounding is not known its bounds about the point may tell the sign: max(known, log(0)) has one. On a
+        # surface they shrink with the box that they are taken over; beside a pole they do not, and nothing is known
         unsure = np.flatnonzero(np.isinf(rounding))
         if unsure.size:
-            about = {
-                axis: (at - by, at + by)
-                for axis, at, by in zip("xyz", local[near[unsure]].T, moved[unsure].T, strict=True)
-            }
-            fixed = {name: (value, value) for name, value in lens.values.items()}
-            low, high = bounds(lens.surface.expression, {**fixed, **about})
+            low, high = _about(lens, local[near[unsure]], moved[unsure])
+            wide_low, wide_high = _about(lens, local[near[unsure]], _WIDER * moved[unsure])
             touches[unsure], is_inside[unsure] = (low <= 0.0) & (high >= 0.0), high < 0.0
-            untold = unsure[touches[unsure] & (np.isnan(f[unsure]) | np.isinf(low) | np.isinf(high))]
+            with np.errstate(invalid="ignore"):
+                shrinks = high - low <= (wide_high - wide_low) / np.sqrt(_WIDER)
+            untold = unsure[touches[unsure] & (np.isnan(f[unsure]) | np.isinf(low) | np.isinf(high) | ~shrinks)]
         yield number, near[touches], near[is_inside & ~touches], near[untold]
+
+
+def _about(
+    lens: Lens, local: NDArray[np.float64], moved: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return bounds of F over boxes about local points, of so much to either side along each axis."""
+    about = {axis: (at - by, at + by) for axis, at, by in zip("xyz", local.T, moved.T, strict=True)}
+    fixed = {name: (value, value) for name, value in lens.values.items()}
+    return bounds(lens.surface.expression, {**fixed, **about})
