@@ -46,3 +46,23 @@ def test_the_march_does_not_guess_there_either(name: str, at: tuple[float, float
     assert undecided() == 1.0
     with broken(Fault("side guessed", "lens.cl", "end_ray(ray, lanes & not_lane(known), RAY_UNDECIDED);", "")):
         assert undecided() < 0.1
+
+
+@pytest.mark.parametrize("precision", ["single", "double"])
+def test_a_ray_from_a_pole_within_the_solid_is_never_taken_to_have_left_it(precision: str) -> None:
+    """On the plane x = 0 the second branch of min has no value, and bounds about it hold 0 however near they are."""
+    poles = {
+        "surface": "max(x^2 + y^2 + z^2 - 1, min(x^2 + y^2 + (z - 0.2)^2 - 0.1, hypot(z, z) + 1 - x^-2))",
+        "bounds": [[-1.1] * 3, [1.1] * 3],
+        "n": 1.0,
+    }
+    scene = make_scene(poles, numerics={"precision": precision})
+    random = np.random.default_rng(2)
+    on_plane = random.uniform(-0.5, 0.5, (40, 3)) * [0.0, 1.0, 1.0]
+    ahead = random.normal(size=(40, 3))
+    paths = trace_rays(scene, on_plane, ahead)
+    decided = paths.status != RayStatus.UNDECIDED
+    assert (paths.events[decided] % 2 == 1).all()
+    beside = trace_rays(scene, on_plane + [1e-6, 0.0, 0.0], ahead)
+    assert (beside.status != RayStatus.UNDECIDED).mean() > 0.9
+    assert (beside.events[beside.status != RayStatus.UNDECIDED] % 2 == 1).all()
