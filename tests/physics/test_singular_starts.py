@@ -63,6 +63,6 @@ def test_a_ray_from_a_pole_within_the_solid_is_never_taken_to_have_left_it(preci
     paths = trace_rays(scene, on_plane, ahead)
     decided = paths.status != RayStatus.UNDECIDED
     assert (paths.events[decided] % 2 == 1).all()
-    beside = trace_rays(scene, on_plane + [1e-6, 0.0, 0.0], ahead)
+    beside = trace_rays(scene, np.add(on_plane, (1e-6, 0.0, 0.0)), ahead)
     assert (beside.status != RayStatus.UNDECIDED).mean() > 0.9
     assert (beside.events[beside.status != RayStatus.UNDECIDED] % 2 == 1).all()
