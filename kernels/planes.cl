@@ -1,9 +1,9 @@
 // planes.cl: the faces of a convex polyhedron, the solid where a x + b y + c z <= d for every plane.
 //
-// provides  SURFACE(value)(), SURFACE(number_of)(), SURFACE(gradient)(), SURFACE(leaf_gradient)(), SURFACE(leaf_f_gradient)(),
-//           SURFACE(hessian)()
-// needs     prelude, functions; SURFACE(PLANES), SURFACE(WORDS); SURFACE(t) with planes[], WORDS numbers each: a, b, c, d
-//           of the size max(|a|, |b|, |c|) = 1, d - g and g, see search_planes.cl
+// provides  SURFACE(value)(), SURFACE(number_of)(); SURFACE(gradient)(), SURFACE(leaf_gradient)(),
+//           SURFACE(leaf_f_gradient)(), SURFACE(hessian)()
+// needs     prelude, functions; SURFACE(PLANES), SURFACE(WORDS); SURFACE(t) with planes[], WORDS numbers of each: a, b,
+//           c, d of the size max(|a|, |b|, |c|) = 1, d - g and g, see search_planes.cl
 //
 // The numbers of the planes are arguments, and every loop over them is one in the kernel: a gem of 73 faces compiles as
 // fast as a cube.

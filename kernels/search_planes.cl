@@ -4,18 +4,20 @@
 // source    Cyrus & Beck, Generalized two- and three-dimensional clipping, Computers & Graphics 3, 1978; Haines, Fast
 //           ray-convex polyhedron intersection, Graphics Gems II, 1991. Here with a bound on every rounding
 //
-// A ray from outside enters through the last plane that it crosses inward, a ray inside leaves through the first that it
-// crosses outward. The computed place is then checked against all planes: where the point lies in every other half space
-// for certain, it lies in the inside of that face, and this is the first root. Where a point is in front of a plane for
-// certain, and no plane is crossed inward after it, the ray misses.
+// A ray from outside enters through the last plane that it crosses inward, a ray inside leaves through the first that
+// it crosses outward. The place that is found is then checked against all planes. Where the point lies in every other
+// half space for certain, it lies in the inside of that face, and this is the first root. Where it is in front of a
+// plane for certain, the ray misses: all that are crossed inward for certain are behind there, so this one is parallel,
+// and in front all the way, or crossed outward, and in front from there on, while before that the last plane is. It also
+// misses where the last plane is crossed behind the end of its way.
 //
 // Lengths along the ray are in units of `way`, its whole length, so t lies in [0, 1]. The error of a plane's value at
 // o + t way is at most share + g, with share of the lane and g of the plane, the part that grows with d.
 
 #define SURE 4    // errors: a plane whose value changes by less on the whole way is taken as parallel
-#define FRONT 24  // errors: of values at a place, of parallel planes on the whole way, and of the choice of the last plane
+#define FRONT 12  // errors: of a value, of a parallel plane's change, and of choosing the last plane by rounded numbers
 
-// Whether the planes hold a point: the two largest of their values and errors. Only the face of the point may be near 0.
+// The second largest of the planes' values, each with its g: of a point inside a face it is negative by an error.
 static inline realv SURFACE(second_value)(SURFACE(t) shape, real3v p) {
   realv most = (realv)-REAL_MAX, second = (realv)-REAL_MAX;
 #pragma nounroll
@@ -51,29 +53,28 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
   const realv share = (realv)shape->share * reach;
   const realv least = (realv)SURE * share;
 
-  // The last plane that is crossed inward, or the first outward: of level / slope the largest. None yet is -1 / 0. Slopes
-  // are less by `least` until then, which is within FRONT
+  // The last plane that is crossed inward, or the first outward: of level / slope the largest. None yet is -1 / 0
   realv level = (realv)-1, slope = (realv)0, leaf = (realv)0;
 #pragma nounroll
   for (int k = 0; k < SURFACE(PLANES); ++k) {
     const real *plane = shape->planes + SURFACE(WORDS) * k;
     const realv own_level = SURFACE(value)(plane, o, plane[3]);
-    const realv own_slope =
-        (realv)plane[2] * turned.z - least + (realv)plane[1] * turned.y + (realv)plane[0] * turned.x;
-    const maskv beyond = (own_slope > (realv)(SURE * plane[5])) & (own_level * slope > level * own_slope);
+    const realv own_slope = (realv)plane[2] * turned.z + (realv)plane[1] * turned.y + (realv)plane[0] * turned.x;
+    const maskv crosses = own_slope > least + (realv)(SURE * plane[5]);
+    const maskv beyond = crosses & (own_level * slope > level * own_slope);
     level = beyond ? own_level : level;
     slope = beyond ? own_slope : slope;
     leaf = beyond ? (realv)k : leaf;
   }
   const maskv crosses = slope > (realv)0;
-  const realv inverse = (realv)1 / (crosses ? slope + least : (realv)1);
+  const realv inverse = (realv)1 / (crosses ? slope : (realv)1);
   const realv error = share + SURFACE(number_of)(shape, leaf, 5);
   const realv doubt = (realv)2 * error * inverse;  // of t
   const realv place = crosses ? -turn * level * inverse : (realv)0;
   const realv t = min_v(max_v(place, (realv)0), (realv)1);
 
-  // Is that point in all other half spaces? If not, is it in front of one? The squares of errors and sizes, which products
-  // here are not beyond, must be within the range of numbers
+  // Is that point in all other half spaces? If not, is it in front of one? Squares of errors and of sizes must be within
+  // the range of numbers: products here lie between them
   const real3v p = at3(o, way, t);
   const realv moved = doubt * longest;
   const maskv inner = SURFACE(second_value)(shape, p) + share + moved < (realv)0;
@@ -82,9 +83,9 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
   root_t root = no_root();
   root.steps = one_step(search.lanes);
   root.found = search.lanes & known & ahead & inner;
-  root.undecided = search.lanes & not_lane(root.found);
-  const maskv may_miss = root.undecided & known & not_lane(search.inside);
-  if (any_lane(may_miss)) {
+  const maskv may_miss = known & not_lane(search.inside), never = may_miss & (place > (realv)1 + doubt);
+  root.undecided = search.lanes & not_lane(root.found | never);
+  if (any_lane(root.undecided & may_miss)) {
     root.undecided = root.undecided & not_lane(may_miss & SURFACE(is_in_front)(shape, p, share, moved));
   }
   root.t = root.low = root.high = root.found ? t * search.length : (realv)0;

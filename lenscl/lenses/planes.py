@@ -28,12 +28,12 @@ _UNBOUNDED = "must enclose a solid, but it goes on without end in some direction
 _NOWHERE: Box = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
-def search_rows(planes: Sequence[Plane], values: Mapping[str, float], eps: float) -> tuple[Array, float]:
+def search_rows(planes: tuple[Plane, ...], values: Mapping[str, float], eps: float) -> tuple[Array, float]:
     """Return the numbers that kernels/search_planes.cl reads.
 
     Parameters
     ----------
-    planes : sequence of (a, b, c, d)
+    planes : tuple of (a, b, c, d)
         Expressions in the parameters.
     values : mapping of str to float
         The parameters.
@@ -48,7 +48,12 @@ def search_rows(planes: Sequence[Plane], values: Mapping[str, float], eps: float
         At p = o + t w, a computed a x + b y + c z - d is wrong by at most `share` times the sum of the sizes of the
         coordinates of o and of w, and g.
     """
-    table, errors = rows_of(planes, values)
+    return _search_rows(planes, tuple(sorted(values.items())), eps)
+
+
+@lru_cache(maxsize=64)  # as for `solid_of`
+def _search_rows(planes: tuple[Plane, ...], items: tuple[tuple[str, float], ...], eps: float) -> tuple[Array, float]:
+    table, errors = rows_of(planes, dict(items))
     slopes, constants = errors[:, :3].max(axis=1), errors[:, 3] + _ROUNDINGS * eps * np.abs(table[:, 3])
     nearest: dict[tuple[float, ...], int] = {}
     for i, row in enumerate(table):
@@ -60,7 +65,9 @@ def search_rows(planes: Sequence[Plane], values: Mapping[str, float], eps: float
         nearest[tuple(row[:3])] = near
         constants[near], slopes[near] = max(constants[near], constants[far]), max(slopes[near], slopes[far])
         table[far], constants[far], slopes[far] = _INERT, 0.0, 0.0
-    return np.column_stack([table, table[:, 3] - constants, constants]), float(slopes.max()) + _ROUNDINGS * eps
+    rows = np.column_stack([table, table[:, 3] - constants, constants])
+    rows.setflags(write=False)
+    return rows, float(slopes.max()) + _ROUNDINGS * eps
 
 
 def rows_of(planes: Sequence[Plane], values: Mapping[str, float]) -> tuple[Array, Array]:

@@ -110,6 +110,7 @@ def aimed_at_edges(count: int) -> tuple[Scene, list[analytic.Face], Array, Array
     p += off[:, None] * rng.normal(size=(count, 3))
     d = rng.normal(size=(count, 3))
     d[::5, 0] = 0.0  # in the plane of a face, or nearly
+    d[1::5, 0] *= 10.0 ** rng.uniform(-17, -11, len(d[1::5]))
     d /= np.linalg.norm(d, axis=1, keepdims=True)
     o = p - np.where(rng.random((count, 1)) < 0.7, 3.0, 0.2) * d
     outside = np.abs(o).max(1) > 0.5 + 1e-6
