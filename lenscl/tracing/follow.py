@@ -74,6 +74,11 @@ class Follower:
         """Whether solids may touch or overlap: rays are then followed through sets of them."""
         return bool(self._job.source.structure.nests)
 
+    @property
+    def stops(self) -> bool:
+        """Whether rays end where they meet the picture first, in a solid too."""
+        return self._job.source.structure.stops
+
     def rounded(self, vectors: Array) -> Array:
         """Return numbers as the kernel gets them."""
         return vectors.astype(self.dtype).astype(np.float64)

@@ -301,3 +301,52 @@ def test_a_gap_taken_for_contact_is_caught(monkeypatch: pytest.MonkeyPatch) -> N
         check = check_map(trace(scene, device=plain_device(1)))
     assert check.failed > 20
     assert check.worst["ahead"] > 10.0
+
+
+# Pictures on and in solids
+
+PAPERWEIGHT = make_scene(
+    {"surface": "plano_convex", "R": 1.0, "thickness": 1.0, "diameter": 2.0, "centre": [0.0, 0.0, -0.5]},
+    source={"kind": "point", "at": [0.0, 0.0, -8.0]},
+    film={"corner": [-0.05, 0.05, -4.0], "right": [0.1, 0.0, 0.0], "down": [0.0, -0.1, 0.0], "size": [16, 16]},
+    picture={"corner": [-1.0, 1.0, 0.0], "right": [2.0, 0.0, 0.0], "down": [0.0, -2.0, 0.0]},
+)  # its flat face lies on the picture
+WITHIN = PAPERWEIGHT.replace({"picture.corner": [-1.0, 1.0, -0.3]})
+CUT = make_scene(
+    BALL, BESIDE, film=FILM, picture={"corner": [-0.5, 0.4, 0.1], "right": [0.9, 0.0, 0.3], "down": [0.0, -0.7, 0.0]},
+    effects={"total_reflection": "follow"},
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("scene", "precision"), [
+    (PAPERWEIGHT, "double"), (PAPERWEIGHT, "single"), (WITHIN, "mixed"), (CUT, "double"), (CUT, "single"),
+])  # fmt: skip
+def test_a_picture_on_or_in_solids_raises_no_alarm(scene: Scene, precision: str) -> None:
+    raymap = trace(scene, precision=precision, device=plain_device(1))
+    assert raymap.kernel.structure.stops
+    assert raymap.counts()[RayStatus.PICTURE] > 40
+    check = check_map(raymap)
+    assert check.failures == (), [str(failure) for failure in check.failures]
+    assert check.checked > 40
+    assert check.returned >= check.surfaces - check.rays - 2
+    assert {"snell", "return", "ahead", "place"} <= check.worst.keys()
+
+
+@pytest.mark.parametrize(("law", "scene", "changes"), [
+    ("contact", PAPERWEIGHT, (
+        ("(along & (maskv)(MASK)CONTACT_IS_DECIDED)", "((maskv)0 & along)"),
+        ("const maskv unknown = travels", "const maskv unknown = (maskv)0 & travels"))),
+    ("ahead", PAPERWEIGHT, (
+        ("const maskv behind = hit->found &", "const maskv behind = (maskv)0 & hit->found &"),
+        ("const maskv before = not_lane(hit->found)", "const maskv before = (maskv)-1"))),
+    ("ahead", CUT, (
+        ("const maskv is_on =", "const maskv is_on = (maskv)0 &"),
+        ("const maskv may_be_on =", "const maskv may_be_on = (maskv)0 &"))),
+], ids=["behind the face", "before the face", "not at all"])  # fmt: skip
+def test_a_picture_met_out_of_turn_is_caught(law: str, scene: Scene, changes: tuple[tuple[str, str], ...]) -> None:
+    with ExitStack() as stack:
+        for old, new in changes:
+            stack.enter_context(broken(Fault(law, "picture_stops.cl", old, new)))
+        check = check_map(trace(scene, device=plain_device(1)))
+    assert check.failed > 10
+    assert check.worst[law] > (1.5 if law == "contact" else 1e6), check.worst

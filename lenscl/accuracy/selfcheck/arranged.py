@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lenscl.accuracy.selfcheck.bends import bends_between, mirrored
 from lenscl.accuracy.selfcheck.hits import SAFETY, Hits, Tolerance, chosen, hits_on_each, rank_of
-from lenscl.accuracy.selfcheck.legs import Clear
+from lenscl.accuracy.selfcheck.legs import PARALLEL, Clear, on_picture
 from lenscl.accuracy.selfcheck.media import (
     AROUND,
     UNKNOWN,
@@ -30,8 +30,6 @@ from lenscl.config import Scene
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
-
-_PARALLEL = 5e-7  # sine between normals; kernels/lens_nested.cl takes surfaces in contact as one up to twice that
 _CLOSE = 4.0  # times as far as a sign is known: from there on another surface is no matter
 
 
@@ -79,6 +77,10 @@ def arranged(scene: Scene, walk: Walk, eps: float) -> Interfaces:
         residual, bound = np.where(better, r, residual), np.where(better, b, bound)
     hits = _picked(every, best)
     apart, turned = _contact(every, on, best, hits, walk.before)
+    on_screen = np.zeros(len(ray), np.bool_)
+    if walk.screen is not None:
+        normal = hits.normal[np.arange(len(ray)), np.argmin(hits.turn, axis=1)]
+        on_screen = on_picture(walk.screen, walk.at, normal, eps)
     sums = np.zeros(walk.points.shape[:2])
     sums[event + 1, ray] = hits.bound
 
@@ -106,8 +108,8 @@ def arranged(scene: Scene, walk: Walk, eps: float) -> Interfaces:
         unseen=int((walk.finite & ~known).sum()),
         apart=np.where(np.isnan(apart), 0.0, apart),
         turned=turned,
-        in_contact=np.isfinite(apart),
-        twice=_twice(walk, eps),
+        in_contact=np.isfinite(apart) | on_screen,
+        twice=_twice(walk, eps) | on_screen,
     )
 
 
@@ -124,6 +126,8 @@ def _media(
     following[event, ray] = before
     leaves = walk.last & np.isin(walk.ends.status[ray], LEAVES)
     after = np.where(leaves, AROUND, np.where(walk.is_reflected, before, following[event + 1, ray]))
+    stopped = np.flatnonzero(np.isfinite(walk.landing).all(axis=1))
+    after[stopped] = media_along(scene, walk.at[stopped], walk.landing[stopped], eps, allowed[ray[stopped]])
     goes_on = np.flatnonzero(~leaves & ~walk.is_blocked & ~walk.is_reflected & (walk.last | (event + 1 == walk.most)))
     after[goes_on] = _beside(scene, walk, every, goes_on, walk.after[goes_on], eps, allowed)
 
@@ -180,7 +184,7 @@ def _contact(every: Sequence[Hits], on: Mask, best: Pixels, hits: Hits, before: 
         face = np.argmin(other.turn, axis=1)
         sine = np.linalg.norm(np.cross(other.normal[rays, face], normal), axis=1)
         known = np.isfinite(other.turn[rays, face]) & np.isfinite(hits.turn).any(axis=1)
-        joins = on[number] & on[best, rays] & (best != number) & known & (sine <= _PARALLEL)
+        joins = on[number] & on[best, rays] & (best != number) & known & (sine <= PARALLEL)
         with np.errstate(divide="ignore", invalid="ignore"):
             gap = (other.bound / other.slope + hits.bound / hits.slope) / steep
         apart = np.where(joins, np.fmax(apart, np.where(np.isfinite(gap), gap, np.nan)), apart)

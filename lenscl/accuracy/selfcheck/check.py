@@ -1,21 +1,26 @@
 """Check a ray map by itself: on a sample of its rays, what must hold of every path, whatever the lens.
 
-Five laws are checked at every surface point of some 64 rays, or of rays that are given, followed through the device's
+Six laws are checked at every surface point of some 64 rays, or of rays that are given, followed through the device's
 own kernels, and two more on their first and last legs:
 
     length    directions stay unit
     surface   |F| = 0 where a surface is met
+    contact   faces of lenses in contact are one interface; a ray ends where the picture that stops it lies on a face
     snell     rays bend there by the scene's rule, and turn back only where there is no way through
-    stop      rays end on opaque lenses, unbent, and on no others
+    stop      rays end where an opaque lens is the medium before or behind it, unbent, and nowhere else
     return    sent back along each leg, a ray comes back the way it came; where it ended, it comes there again
     ahead     nothing lies in the way of a ray that has left the lenses: F is nowhere negative; nor on the way to the
-              first surface, and to one where the ray ends
+              first surface, and to one where the ray ends; where solids may overlap no leg leaves its medium, and no
+              leg goes through a picture that stops light
     place     it lands where its last leg meets the picture's plane
 
 and one more that joins them to a map: the followed ray ends as the map says that its pixel did. Nothing is compared
-with another program's answer. Every residual is held against a bound of its own, made of the roundings that the
-precision makes unavoidable at that very place, so 1 is the most that a healthy ray shows. Where no bound is known,
-nothing is compared, and nothing is counted as checked.
+with another program's answer. Where solids may touch or overlap the media before and behind a surface are those that
+the signs of F and the priorities of the lenses make them, not what the kernel has kept count of.
+
+Every residual is held against a bound of its own, made of the roundings that the precision makes unavoidable at that
+very place, so 1 is the most that a healthy ray shows. Where no bound is known, nothing is compared, and nothing is
+counted as checked.
 
 Rays that the precision leaves undecided, and the map has decided in a finer one, are followed in that.
 """
@@ -65,6 +70,9 @@ def check_map(raymap: RayMap) -> SelfCheck:
 
 def _checked(raymap: RayMap) -> SelfCheck:
     pixels = sampled(raymap.events, raymap.status == RayStatus.UNDECIDED)
+    if raymap.kernel.structure.stops:  # those that the picture ends before any lens
+        lands = ((raymap.status == RayStatus.PICTURE) & (raymap.events == 0)).astype(np.uint8)
+        pixels = np.union1d(pixels, sampled(lands))
     if not pixels.size:
         return SelfCheck()
     goes = film_rays(raymap.scene, pixels)[1].any(axis=1)  # a pixel on the source sends no ray, and is undecided

@@ -11,7 +11,7 @@ LAWS = ("length", "surface", "contact", "snell", "stop", "return", "ahead", "pla
 _EXPECTED = {
     "length": "a unit direction",
     "surface": "|F| = 0 at the point where the surface is met",
-    "contact": "one interface where faces of several lenses are in contact",
+    "contact": "one interface where faces of several lenses are in contact, and an end on a face that is the picture",
     "snell": "a ray that bends by the scene's rule",
     "stop": "a ray that ends at the first opaque lens it meets, in the direction in which it came, and at no other",
     "return": "a ray that comes back the way it came",

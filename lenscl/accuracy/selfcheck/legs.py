@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 _SAMPLES = 48  # of the way through a lens's box: what is thinner than a part of it may be passed over here, too
 _EVENLY = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
 _CLOSE = 0.25 ** np.arange(4, 22)  # of a leg, from its ends
+PARALLEL = 5e-7  # sine between normals; kernels/lens_nested.cl takes surfaces in contact as one up to twice that
+_EDGE = 1e-6  # of the picture: what lands so close to its edge may be on it or beside it
 _ENOUGH = 0.5  # of the samples: where F is known at fewer, nothing is said of a leg
 _EPS = float(np.finfo(np.float64).eps)
 
@@ -49,6 +51,58 @@ def landings(picture: Picture, origin: Array, direction: Array, st: Array, eps: 
     return np.abs(solved - st).max(axis=1), bound
 
 
+def to_picture(picture: Picture, origin: Array, direction: Array) -> Array:
+    """Return how far legs, shape (N, 3), are from the picture's plane along them, scene units; negative behind them."""
+    right, down, corner = (np.asarray(each) for each in (picture.right, picture.down, picture.corner))
+    across = np.cross(right, down)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance: Array = (corner - origin) @ across / (direction @ across)
+    return distance
+
+
+def through_picture(
+    picture: Picture, origin: Array, direction: Array, length: Array, eps: float
+) -> tuple[Array, Array]:
+    """Return how far legs go on behind a picture that stops light, or are from where it does, and what rounding allows.
+
+    Parameters
+    ----------
+    picture : Picture
+    origin, direction : float64 arrays, shape (N, 3)
+    length : float64 array, shape (N,)
+        Of the legs; infinite where nothing ends them.
+    eps : float
+        Of the precision that the rays were carried in.
+    """
+    distance = to_picture(picture, origin, direction)
+    st, _ = land(origin, direction, picture)
+    right, down, corner = (np.asarray(each) for each in (picture.right, picture.down, picture.corner))
+    across = np.cross(right, down)
+    steep = np.abs(direction @ across) / np.linalg.norm(across)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bound = SAFETY * eps * (np.linalg.norm(origin, axis=1) + np.linalg.norm(corner) + np.abs(distance)) / steep
+        aside = bound / min(np.linalg.norm(right), np.linalg.norm(down))
+        is_on = (np.abs(st - 0.5) < 0.5 - _EDGE - aside[:, None]).all(axis=1)
+        depth = np.minimum(distance, length - distance)
+    meets = is_on & np.isfinite(bound) & (depth > 0.0)
+    return np.where(meets, depth, 0.0), np.where(np.isfinite(bound), bound, np.inf)
+
+
+def on_picture(picture: Picture, at: Array, normal: Array, eps: float) -> NDArray[np.bool_]:
+    """Return which surface points lie on a picture, to the rounding of the point, on a face parallel to it.
+
+    `normal` is that of the face, unit, shape (N, 3).
+    """
+    right, down, corner = (np.asarray(each) for each in (picture.right, picture.down, picture.corner))
+    across = np.cross(right, down) / np.linalg.norm(np.cross(right, down))
+    off = np.abs((at - corner) @ across)
+    st, _ = land(at - across, np.broadcast_to(across, at.shape), picture)
+    lies: NDArray[np.bool_] = off <= SAFETY * eps * np.maximum(np.abs(at).max(axis=1), np.abs(corner).max())
+    lies &= (np.abs(st - 0.5) < 0.5 - _EDGE).all(axis=1)
+    lies &= np.linalg.norm(np.cross(normal, across), axis=1) <= PARALLEL
+    return lies
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Clear:
     """Legs that must be free of surfaces; arrays of N.
@@ -71,10 +125,13 @@ class Clear:
     within: NDArray[np.intp] = field(repr=False)
     allowed: Array = field(repr=False)
 
+    def some(self, which: NDArray[np.bool_]) -> Clear:
+        """Return some of these legs."""
+        return Clear(**{name: getattr(self, name)[which] for name in self.__slots__})
+
     def and_also(self, others: Clear) -> Clear:
         """Return these legs, and others behind them."""
-        names = ("origin", "direction", "length", "within", "allowed")
-        return Clear(**{name: np.concatenate([getattr(self, name), getattr(others, name)]) for name in names})
+        return Clear(**{name: np.concatenate([getattr(self, name), getattr(others, name)]) for name in self.__slots__})
 
 
 def obstacles(scene: Scene, legs: Clear, eps: float, *, nests: bool = False) -> tuple[Array, Array]:

@@ -12,7 +12,8 @@ from lenscl.accuracy.selfcheck.arranged import arranged
 from lenscl.accuracy.selfcheck.causes import with_causes
 from lenscl.accuracy.selfcheck.findings import LAWS, MOST_FAILURES, UNCHECKED, SelfCheck
 from lenscl.accuracy.selfcheck.hits import SAFETY, Hits
-from lenscl.accuracy.selfcheck.legs import Clear, landings, obstacles
+from lenscl.accuracy.selfcheck.legs import Clear, landings, obstacles, through_picture, to_picture
+from lenscl.accuracy.selfcheck.media import AROUND, UNKNOWN, media_along
 from lenscl.accuracy.selfcheck.returns import Leg, Return, Returned, sent_back, sent_to_start
 from lenscl.accuracy.selfcheck.separate import separate
 from lenscl.accuracy.selfcheck.tally import Tally
@@ -98,7 +99,8 @@ class Paths:
         start = self.follower.starts(self.origins, self.vectors)
         points = np.stack([start[0], *(end.origin for end in each)])
         directions = np.stack([start[1], *(end.direction for end in each)])
-        walk = Walk(points=points, directions=directions, ends=ends)
+        screen = self.scene.picture if self.follower.stops else None
+        walk = Walk(points=points, directions=directions, ends=ends, screen=screen)
         event, ray, at, is_blocked = walk.event, walk.ray, walk.at, walk.is_blocked
         self.surfaces = len(ray)
         known_of = arranged if self.follower.nests else separate
@@ -146,7 +148,7 @@ class Paths:
         ways = []
         if legs.size:
             following = walk.points[np.minimum(event[legs] + 2, most), ray[legs]]
-            end = np.where(walk.last[legs, None], np.nan, following)
+            end = np.where(walk.last[legs, None], walk.landing[legs], following)
             ways.append(self._sent_back(legs, walk, known, end, slid))
         # Where a ray was blocked another one along its last leg is blocked as well: the way back, turned round
         stops = np.flatnonzero(walk.is_blocked & walk.finite & np.isfinite(hits.bound) & (event < most))
@@ -205,10 +207,19 @@ class Paths:
             )
             told = lands[self.tally.note("place", lands, 0, residual, bound)]
             self.held[told[meets_none[told]]] = True
-        away = Clear(
-            origin=ends.origin[leaves], direction=ends.direction[leaves], length=np.full(len(leaves), np.inf),
-            within=np.full(len(leaves), -1), allowed=allowed[leaves],
-        )  # fmt: skip
+        away = self._away(ends, leaves, allowed[leaves])
+        if self.follower.stops:
+            origin, direction, length, ray = away.origin, away.direction, away.length, leaves
+            event = ends.events[leaves].astype(np.intp)
+            if more is not None:
+                legs, ray, event = away.and_also(more[0]), np.append(leaves, more[1]), np.append(event, more[2])
+                origin, direction, length = legs.origin, legs.direction, legs.length
+            self.tally.note(
+                "ahead", ray, event, *through_picture(self.scene.picture, origin, direction, length, self.eps)
+            )
+        known = away.within != UNKNOWN
+        self.tally.unchecked["unseen"] += int((~known).sum())
+        away, leaves = away.some(known), leaves[known]
         legs, rays_of, events_of = away, leaves, ends.events[leaves].astype(np.intp)
         if more is not None:
             legs, rays_of, events_of = away.and_also(more[0]), np.append(leaves, more[1]), np.append(events_of, more[2])
@@ -225,6 +236,17 @@ class Paths:
         self.tally.unchecked["unseen"] += int((~compared).sum())
         told = rays_of[compared]
         self.held[told[meets_none[told]]] = True
+
+    def _away(self, ends: Ends, rays: Pixels, allowed: Array) -> Clear:
+        """Return the last legs of rays: around all lenses, but for those that end on a picture that stops them."""
+        origin, direction = ends.origin[rays], ends.direction[rays]
+        length, within = np.full(len(rays), np.inf), np.full(len(rays), AROUND)
+        stopped = np.flatnonzero((ends.status[rays] == RayStatus.PICTURE) & self.follower.stops)
+        if stopped.size:
+            length[stopped] = to_picture(self.scene.picture, origin[stopped], direction[stopped])
+            place = origin[stopped] + length[stopped, None] * direction[stopped]
+            within[stopped] = media_along(self.scene, origin[stopped], place, self.eps, allowed[stopped])
+        return Clear(origin=origin, direction=direction, length=length, within=within, allowed=allowed)
 
     def _slips(self, hits: Hits, legs: Pixels, along: Array, slid: Array) -> Array:
         """Return by how much the rounding of F may shift some points along the ways back to them, scene units.

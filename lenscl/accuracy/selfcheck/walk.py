@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.accuracy.selfcheck.hits import Hits
-from lenscl.accuracy.selfcheck.legs import Clear
+from lenscl.accuracy.selfcheck.legs import Clear, to_picture
+from lenscl.config import Picture
 from lenscl.status import RayStatus
 from lenscl.tracing import Ends
 
@@ -32,11 +33,14 @@ class Walk:
         Starts and surface points, world, and the directions behind them.
     ends : Ends
         Of the same rays.
+    screen : Picture or None
+        Where it stops light.
     """
 
     points: Array = field(repr=False)
     directions: Array = field(repr=False)
     ends: Ends = field(repr=False)
+    screen: Picture | None = field(default=None, repr=False)
 
     @property
     def most(self) -> int:
@@ -107,6 +111,16 @@ class Walk:
         return finite
 
     @cached_property
+    def landing(self) -> Array:
+        """Where last legs end on a picture that stops light, shape (M, 3); no number where none does."""
+        place = np.full(self.at.shape, np.nan)
+        stopped = np.flatnonzero(self.last & (self.ends.status[self.ray] == RayStatus.PICTURE))
+        if self.screen is not None and stopped.size:
+            origin, direction = self.at[stopped], self.after[stopped]
+            place[stopped] = origin + to_picture(self.screen, origin, direction)[:, None] * direction
+        return place
+
+    @cached_property
     def length(self) -> Array:
         """Of the leg to each surface point."""
         length: Array = np.linalg.norm(self.at - self.start, axis=1)
@@ -142,7 +156,8 @@ class Interfaces:
     apart, turned : float64 array
         How far surfaces in contact are from each other at the point, scene units along the ray, and radians.
     in_contact, twice : bool array
-        Whether surfaces are in contact there, and whether the ray is said to meet the next one at the same place.
+        Whether surfaces are in contact there, or one with a picture that stops light; and whether the ray is said to
+        meet the next one at the same place, or to go on from there.
     """
 
     hits: Hits = field(repr=False)
