@@ -347,7 +347,7 @@ class _Path:
 
         Scenes are written in float64, so faces that are meant to coincide may be apart by roundings of their numbers.
         """
-        size = abs(dot(point, point)).sqrt() + self.lenses[number].size
+        size = abs(dot(point, point)).upper().sqrt() + self.lenses[number].size
         cosine = abs(dot(self.direction, normal)) / dot(normal, normal).sqrt()
         gap = abs(apart) * cosine
         if gap > _GAP * size:

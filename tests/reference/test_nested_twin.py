@@ -107,6 +107,13 @@ def test_faces_in_contact_are_one_interface_and_a_gap_is_two() -> None:
     assert found["right"] >= 24
 
 
+def test_contact_at_the_origin_of_the_world_is_proved_too() -> None:
+    """There a length is a ball about 0, of which no root is known."""
+    for gap, events in ((0.0, 3), (1e-3, 4)):
+        (proof,) = oracle.prove_rays(make_scene(*stack(gap)), [[0.0, 0.0, 3.0]], [[0.0, 0.0, -1.0]])
+        assert (proof.status, proof.events) == (RayStatus.PICTURE, events)
+
+
 def test_an_edge_that_two_solids_share_is_undecided() -> None:
     """Two balls cross each other in a circle: on it nobody can tell whose surface comes first."""
     balls = [
