@@ -309,7 +309,8 @@ def test_sign_polynomials_have_the_sign_of_the_surface() -> None:
         if equivalent is None:
             continue
         low, high = np.array(row.box(values))
-        points = dict(zip("xyz", rng.uniform(low, high, size=(3000, 3)).T, strict=True))
+        wider = 0.05 * (high - low)  # a cuboid fills its own box
+        points = dict(zip("xyz", rng.uniform(low - wider, high + wider, size=(3000, 3)).T, strict=True))
         signs = [np.sign(evaluate(F, {**values, **points})) for F in (row.expression, equivalent)]
         np.testing.assert_array_equal(*signs)
         assert {-1.0, 1.0} <= set(signs[0])
@@ -317,6 +318,7 @@ def test_sign_polynomials_have_the_sign_of_the_surface() -> None:
     assert checked == [
         *("sphere", "ellipsoid", "torus", "heart", "bifolia", "barth_sextic"),
         *("biconvex", "plano_convex", "meniscus", "ball", "rod"),
+        *("biconcave", "half_ball", "drum", "box", "polyhedron"),
     ]
     box = ((-1.0,) * 3, (1.0,) * 3)
     assert sign_polynomial(user_surface("max(abs(x)/k, y^2) - 1/2", ["k"], box)) is not None
