@@ -5,6 +5,8 @@ A ray is traced in double precision. Two things are then asked of it.
 1. How far may rounding take its place? `carried` counts every rounding on the way, at each surface that is met and on
    each leg between, in the size of the numbers that were rounded. Each is taken to the picture by the derivative of the
    path in closed form, and all are added by their worst signs. Where first order does not hold, there is no bound.
+   Where solids overlap or touch, the media are found anew from F at each surface; if they do not explain how the ray
+   was bent, there is no bound. Surfaces that a ray crosses within one medium round as well, and are counted.
 2. May rounding take another path? The ray is traced five times more, with its start, the lenses and the indices moved
    by some times what is rounded. The moves are the corners of a simplex, so that one of them crosses what decides the
    path, if that is near. Where a lens takes back moves of the start, as at a focus, larger ones follow, up to what the

@@ -10,11 +10,11 @@ from overlaps import arrangements, overlaps
 from validate_error_map import made, truth
 
 from lenscl import RayStatus
-from lenscl.accuracy import Places, media, passing, pixel_bounds, place_bounds
+from lenscl.accuracy import NO_BOUND, Places, media, passing, pixel_bounds, place_bounds
 from lenscl.accuracy.meeting import Glass
 from lenscl.config import Scene
 from lenscl.reference.oracle import prove_rays
-from lenscl.tracing.judge import Nudge
+from lenscl.tracing import Nudge
 
 NAMES = (
     "bubble of priority",
@@ -59,6 +59,22 @@ def test_bounds_hold_where_solids_overlap_or_touch(certified) -> None:
     assert landed > 200
     assert lost < 0.05 * landed
     assert np.median(np.concatenate(ratios)) > 1 / 400
+
+
+def test_media_that_do_not_explain_a_path_give_no_bound(certified, monkeypatch) -> None:
+    """Where the lowest priority wins instead, a ball swallows its bubble."""
+    scene, places, _ = certified["bubble of priority"]
+    assert (places.events == 4).sum() > 10
+
+    def lowest(self: media.Overlapping, solids: np.ndarray) -> np.ndarray:
+        ranks = [np.where(solids[number], rank, 9) for number, rank in self._ranks.items()]
+        least = np.min(ranks, axis=0)
+        return np.where(least < 9, least, -1)
+
+    monkeypatch.setattr(media.Overlapping, "_medium_of", lowest)
+    again = pixel_bounds(scene, np.arange(3, scene.film.rows * scene.film.columns, 37))
+    assert (again.bound[again.events == 4] == NO_BOUND).all()
+    assert (again.events == 4).sum() > 10
 
 
 @pytest.fixture(scope="module")
