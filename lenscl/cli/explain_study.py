@@ -43,7 +43,7 @@ def explain_study(study: Study, *, as_json: bool) -> None:
 def _always(scene: Scene) -> Iterator[tuple[str, bool, str, str, str]]:
     """Yield what no key asks for: its name, whether it is in, "always" or "derived", its fragment, and why."""
     from lenscl.effects import NESTED
-    from lenscl.tracing import findings, reach_of
+    from lenscl.tracing import findings, reach_of, stopping
 
     law = scene.numerics.snell
     yield "refraction", True, "always", f"snell_{law}", f"at every entry and exit, by the {law} law"
@@ -59,6 +59,14 @@ def _always(scene: Scene) -> Iterator[tuple[str, bool, str, str, str]]:
             yield scene.lens_key(number), number in reached, "derived", "", reached.get(number, beyond)
         nested = findings(scene)[NESTED]
         yield "nested solids", nested.holds, "derived", "ray_nested" if nested.holds else "", nested.why
+    stops = stopping(scene)
+    yield (
+        "picture stops light",
+        stops.holds,
+        "derived" if scene.picture.stops == "auto" else "asked",
+        ("picture_stops" if stops.holds else ""),
+        stops.why,
+    )
 
 
 def _print(study: Study, scene: Scene, found: list[Call], timed: Ablation, chosen: Device) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from lenscl.tracing.apart import touching
 from lenscl.tracing.beside import BESIDE, complete
-from lenscl.tracing.called import Call, calls, findings, reach_of, study_needs, with_needs
+from lenscl.tracing.called import Call, calls, findings, reach_of, stopping, study_needs, with_needs
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.follow import Ends, Follower, PixelFollower, pixel_effects
 from lenscl.tracing.judge import Judge, Meetings, Nudge
@@ -49,6 +49,7 @@ __all__ = [
     "picture_numbers",
     "pixel_effects",
     "reach_of",
+    "stopping",
     "study_needs",
     "touching",
     "trace",

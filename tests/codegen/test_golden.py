@@ -24,6 +24,7 @@ pytestmark = pytest.mark.users_kernels
 
 GOLDEN = Path(__file__).parent.parent / "golden"
 BOUNDS = [[-1.2] * 3, [1.2] * 3]
+BEHIND: dict[str, Any] = {"corner": [-3.0, 3.0, -3.5]}  # a picture that no lens reaches
 ALL: dict[str, Any] = {"total_reflection": "end", "absorption": True, "fresnel": True, "path_length": True}
 SCENES: dict[str, tuple[Scene, str | None]] = {
     "nothing-asked-for": (make_scene({"surface": "sphere"}), None),
@@ -36,16 +37,18 @@ SCENES: dict[str, tuple[Scene, str | None]] = {
         None,
     ),
     "two-lenses-given": (
-        make_scene({"surface": "torus", "name": "a"}, {"surface": "ball", "name": "b", "centre": [0, 0, -2]}), "given"
+        make_scene({"surface": "torus", "name": "a"}, {"surface": "ball", "name": "b", "centre": [0, 0, -2]},
+                   picture=BEHIND),
+        "given",
     ),
     "every-effect": (
         make_scene({"surface": "torus", "name": "a"}, {"surface": "ball", "name": "b", "centre": [0, 0, -2]},
-                   effects=ALL, source={"kind": "parallel", "direction": [0, 0, -1]}),
+                   picture=BEHIND, effects=ALL, source={"kind": "parallel", "direction": [0, 0, -1]}),
         None,
     ),
     "footprint": (
         make_scene({"surface": "torus", "name": "a"}, {"surface": "ball", "name": "b", "centre": [0, 0, -2]},
-                   effects={"footprint": True}),
+                   picture=BEHIND, effects={"footprint": True}),
         None,
     ),
     "wavelengths": (make_scene({"surface": "prism", "n": "BK7"}, effects={"dispersion": 3}), None),
