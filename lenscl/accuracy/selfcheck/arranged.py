@@ -172,7 +172,7 @@ def _nearest(every: Sequence[Hits]) -> Pixels:
 
 
 def _contact(every: Sequence[Hits], on: Mask, best: Pixels, hits: Hits, before: Array) -> tuple[Array, Array]:
-    """Return how far surfaces in contact may be from each other along rays, and how far their normals are turned.
+    """Return how far surfaces in contact may be from each other along rays, and how far normals may be turned.
 
     The former is no number where a point lies on one surface only, or on those of an edge.
     """
@@ -188,7 +188,7 @@ def _contact(every: Sequence[Hits], on: Mask, best: Pixels, hits: Hits, before: 
         with np.errstate(divide="ignore", invalid="ignore"):
             gap = (other.bound / other.slope + hits.bound / hits.slope) / steep
         apart = np.where(joins, np.fmax(apart, np.where(np.isfinite(gap), gap, np.nan)), apart)
-        turned = np.where(joins, np.maximum(turned, sine), turned)
+        turned = np.where(joins, np.maximum(turned, sine + other.turn[rays, face] + other.swing[rays, face]), turned)
     return apart, turned
 
 

@@ -117,7 +117,7 @@ class SelfCheck:
     Attributes
     ----------
     rays : int
-        Sampled, all of which meet a lens or are left undecided.
+        Sampled, all of which meet a lens, are left undecided, or end on a picture that stops light before any lens.
     untold : int
         How many of them could not be checked: no law could be held against a bound at any surface that they meet, or
         they were left undecided.

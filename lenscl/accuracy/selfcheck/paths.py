@@ -263,7 +263,7 @@ class Paths:
                    ) -> tuple[Pixels, Returned]:  # fmt: skip
         """Send rays back along legs that start at some surface points, and end at others; `slid` as for `_slips`."""
         hits, before, after = known.hits, walk.before, walk.after
-        slip = self._slips(hits, legs, after, slid)
+        slip = self._slips(hits, legs, after, slid) + known.apart[legs]
         with np.errstate(divide="ignore", invalid="ignore"):
             farther = np.where(slip > 0.0, np.maximum(slip / hits.reach[legs], 1.0), 1.0)[:, None]
         turn = np.where(np.isfinite(hits.turn[legs]), hits.turn[legs] + farther * hits.swing[legs], 0.0).max(axis=1)
@@ -275,7 +275,7 @@ class Paths:
         slack = known.ratio[legs] * unturned / np.maximum(steep, np.sqrt(unturned))
         legs_back = Leg(
             before=before[legs], at=walk.at[legs], along=after[legs], end=end, size=hits.size[legs],
-            place=hits.place[legs] + slip + known.apart[legs], slack=slack,
+            place=hits.place[legs] + slip, slack=slack,
         )  # fmt: skip
         return legs, sent_back(self.follower, self.scene, legs_back, self.eps, may_lose=self.may_lose)
 
