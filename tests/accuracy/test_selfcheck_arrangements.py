@@ -148,13 +148,12 @@ def test_given_rays_through_an_arrangement_are_checked() -> None:
 
 
 def test_contact_with_a_surface_that_rounding_displaces_raises_no_alarm() -> None:
-    """One of two equal balls is written so that F loses nine digits: a ray meets now this one, now that one first."""
+    """One of two equal balls is written so that F loses nine digits: contact is not told from a gap, rays are undecided."""
     formula = "(x + k)**2 - k**2 - 2*k*x + y**2 + z**2 - 0.25"
     noisy = {"surface": formula, "k": 1e4, "bounds": [[-0.65] * 3, [0.65] * 3], "name": "noisy"}
     check = check_map(trace(make_scene(noisy, BALL | {"n": 1.7}, film=FILM), device=plain_device(1)))
     assert check.failed == 0, [str(failure) for failure in check.failures]
-    assert check.returned == check.surfaces >= 64
-    assert check.worst["contact"] == 0.0
+    assert check.unchecked["undecided"] == check.untold == check.rays > 20
 
 
 # Gaps finer than what rounding lets be seen: nothing is said of them, nor of what they hide
@@ -219,14 +218,14 @@ def test_a_medium_is_unknown_where_rounding_hides_a_sign_that_decides() -> None:
 
 _SEVERAL = "(hit.crossed & (hit.crossed - (maskv)1)) != (maskv)0"
 _AROUND = f"at.n_after = {_SEVERAL} ? (realv)scene->n_medium : index_of(scene, after);"
-_JOINS = "const maskv joins = root.found & not_lane(first) & not_lane(low > hit->high);"
+_BESIDE = "const maskv beside = root.found & not_lane(first) & not_lane(low > hit->high);"
 _APART = "(not_lane(hit->found) | (high < hit->low))"
 _PASSES = "meets & (before == after);"
 _N_AFTER = "at.n_after = index_of(scene, after);"
 FAULTS: dict[str, tuple[str, str, tuple[tuple[str, str, str], ...]]] = {  # arrangement, law, and what is replaced
     "contact as a gap": (
         "the same place twice", "contact",
-        (("lens_nested.cl", _JOINS, "const maskv joins = (maskv)0;"),
+        (("lens_nested.cl", _BESIDE, "const maskv beside = (maskv)0;"),
          ("lens_nested.cl", _APART, "(not_lane(hit->found) | (t < hit->t))"))),
     "index of the medium around behind contact": (
         "the same place twice", "snell",
@@ -306,8 +305,12 @@ def test_a_gap_taken_for_contact_is_caught(monkeypatch: pytest.MonkeyPatch) -> N
     """A gap of 1e-8 between faces of two balls that nearly fill each other: a ray has two more events."""
     scene = make_scene(BALL, BALL | {"r": 0.5 - 1e-8, "n": 1.7, "name": "again"}, film=FILM)
     assert check_map(trace(scene, device=plain_device(1))).failed == 0
-    wide = "(realv)lens->place * size) / slope + (realv)NUMBER(1e-7);"
-    with broken(Fault("wide", "lens_nested.cl", "(realv)lens->place * size) / slope;", wide)):
+    slope = " * spread) / slope;\n  const maskv grazes"
+    wide = Fault("wide", "lens_nested.cl", slope, slope.replace(";", " + (realv)NUMBER(1e-7);"))
+    near = Fault(
+        "near", "lens_nested.cl", "#define CONTACT ((realv)NUMBER(5.7e-14))", "#define CONTACT ((realv)NUMBER(1e-6))"
+    )
+    with broken(wide), broken(near):
         check = check_map(trace(scene, device=plain_device(1)))
     assert check.failed > 20
     assert check.worst["ahead"] > 10.0
