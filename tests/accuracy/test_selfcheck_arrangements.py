@@ -148,7 +148,7 @@ def test_given_rays_through_an_arrangement_are_checked() -> None:
 
 
 def test_contact_with_a_surface_that_rounding_displaces_raises_no_alarm() -> None:
-    """One of two equal balls is written so that F loses nine digits: contact is not told from a gap, rays are undecided."""
+    """One of two equal balls is written so that F loses nine digits: contact is not told from a gap."""
     formula = "(x + k)**2 - k**2 - 2*k*x + y**2 + z**2 - 0.25"
     noisy = {"surface": formula, "k": 1e4, "bounds": [[-0.65] * 3, [0.65] * 3], "name": "noisy"}
     check = check_map(trace(make_scene(noisy, BALL | {"n": 1.7}, film=FILM), device=plain_device(1)))
