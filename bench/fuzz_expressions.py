@@ -6,7 +6,8 @@ import random
 import re
 from collections.abc import Callable
 
-from lenscl.expr import FUNCTIONS, OPERATIONS
+from lenscl.expr import FUNCTIONS
+from lenscl.expr.words import operands_of
 
 NAMES = ("x", "y", "z", "k", "R", "a_1")  # the symbols of the expressions that are made
 _LONGEST = 30_000  # characters of a repeated piece
@@ -79,7 +80,7 @@ class Expressions:
                 return f"({self._tree(size - 1)}){rng.choice(('^', '**'))}{exponent}"
             case "call":
                 name = rng.choice(sorted(FUNCTIONS))
-                count = OPERATIONS[name].arity if name not in ("min", "max") else rng.randint(2, 4)
+                count = operands_of(name) if name not in ("min", "max") else rng.randint(2, 4)
                 return f"{name}({', '.join(self._tree(max(size // count, 1)) for _ in range(count))})"
             case "sign":
                 return f"{rng.choice('-+')}{self._operand(size)}"
