@@ -18,7 +18,8 @@ ALONG = np.array([0.0, 0.0, 1.0])
 
 
 def through(lens: dict[str, Any], o: Array, d: Array, n: float = 1.5, **how: Any) -> Any:
-    return trace_rays(make_scene(lens | {"n": n}), np.asarray(o, float), np.broadcast_to(d, np.shape(o)), **how)
+    scene = make_scene(lens | {"n": n}, picture={"corner": [-3.0, 3.0, -20.0]})  # which stops no ray in a large lens
+    return trace_rays(scene, np.asarray(o, float), np.broadcast_to(d, np.shape(o)), **how)
 
 
 def collimated(height: Array, azimuth: float = 0.4) -> Array:
