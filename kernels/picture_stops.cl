@@ -1,6 +1,6 @@
 // picture_stops.cl: a picture that is a screen: rays end on it wherever they meet it first, in a solid too.
 //
-// provides  picture_met()        needs  prelude, ray_nested, screen; picture_t { blur }
+// provides  picture_met()        needs  prelude, ray_nested, screen; picture_t
 
 #define LIES_ALONG ((realv)NUMBER(1e-12))  // square of the sine between the normals of a picture and a face that it lies on
 
@@ -14,8 +14,10 @@ static inline maskv picture_met(const ray_t *ray, maskv travels, hit_t *hit, con
   const real3v dual_s = broadcast3(picture->dual_s), dual_t = broadcast3(picture->dual_t);
 
   // Rounding of the point and of the distance, and what they do to the coordinates
-  const realv blur = (realv)picture->blur / abs_v(dot3(normal, ray->direction));
-  const realv aside = (realv)picture->blur + blur;
+  const realv reach = longest(ray->origin) + longest(broadcast3(picture->corner)) + abs_v(place.distance);
+  const realv off = (realv)(8 * REAL_EPSILON) * reach;
+  const realv blur = off / abs_v(dot3(normal, ray->direction));
+  const realv aside = off + blur;
   const realv s_blur = aside * sqrt(dot3(dual_s, dual_s)), t_blur = aside * sqrt(dot3(dual_t, dual_t));
   const realv s = abs_v(place.s - (realv)NUMBER(0.5)), t = abs_v(place.t - (realv)NUMBER(0.5));
   const realv edge = (realv)NUMBER(0.5);

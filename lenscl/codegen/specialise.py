@@ -8,7 +8,7 @@ program, and the kernel cache grows with forms, not with values.
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Literal
 
 from lenscl.codegen.fragments import Precision, carried
@@ -137,7 +137,7 @@ def layout(structure: Structure) -> Layout:
     members = [
         Member("film", _FILM),
         Member("source", _SOURCES[structure.rays]),
-        Member("picture", replace(_PICTURE, slots=_PICTURE.slots + _STOPPING_SLOTS) if structure.stops else _PICTURE),
+        Member("picture", _PICTURE),
         Member("method", method_struct(structure)),
         Member("n_medium", comment="index around the lenses"),
     ]
@@ -232,4 +232,3 @@ _NESTED_SLOTS = (
     Slot("noise", 1, "the most that rounding changes of F near the surface"),
     Slot("size", 1, "half the diagonal of its box, in the world"),
 )
-_STOPPING_SLOTS = (Slot("blur", 1, "what rounding does to a point and its distance from the plane, scene units"),)

@@ -11,7 +11,7 @@ from lenscl.config import Lens, Scene
 from lenscl.expr import bounds
 from lenscl.reference.placement import Placement
 
-_NEAR = 1e-5  # of the lens's box: so near to the picture a solid is on it
+_NEAR = 1e-5  # of the lens's box, and of the picture: so near to the picture a solid is on it
 _HALVINGS = 12  # of each side of the picture
 _MOST = 2**12  # parts of the picture that are left at a time
 
@@ -29,14 +29,14 @@ def _reaches(lens: Lens, scene: Scene) -> bool:
     placement, picture = Placement.of(lens), scene.picture
     low, high = (np.asarray(side, dtype=np.float64) for side in lens.surface.box(lens.values))
     corner, right, down = (np.asarray(v, dtype=np.float64) for v in (picture.corner, picture.right, picture.down))
-    parts = np.zeros((1, 2))
+    parts, span = np.zeros((1, 2)), max(np.linalg.norm(right), np.linalg.norm(down))
     for halving in range(_HALVINGS):
         side = 0.5**halving
         corners = [
             placement.point_to_local(corner + (parts + side * np.array(end)) @ np.stack([right, down]))
             for end in product((0.0, 1.0), repeat=2)
         ]
-        slack = _NEAR * (high - low).max()
+        slack = np.minimum(_NEAR * (high - low).max(), _NEAR * span / np.abs(placement.stretch).min())
         least, most = np.min(corners, axis=0) - slack, np.max(corners, axis=0) + slack
         box = {name: (least[:, axis], most[:, axis]) for axis, name in enumerate("xyz")}
         below, _ = bounds(lens.surface.expression, {**{n: (v, v) for n, v in lens.values.items()}, **box})

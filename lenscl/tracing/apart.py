@@ -20,7 +20,9 @@ from lenscl.tracing.placement import Placement
 
 _MOST_CELLS = 2**14  # that are left at a time; a face that two solids share is in more of them at every step
 _MOST_PATCHES = 2**12  # of a parallelogram that are left at a time
-_NEAR = 1e-5  # of the box: what is as near is on the picture or before it by what single precision may not tell
+# Of the box, and of the parallelogram: a solid as near is on the picture, or beside it by what single precision may not
+# tell
+_NEAR = 1e-5
 _MOST_STEPS = 40  # each halves every cell
 _MARGIN = 1e-12  # of the lengths at hand: far more than mapping a cell to the other lens's space loses
 
@@ -80,13 +82,36 @@ def _apart(a: Lens, b: Lens) -> bool:
 
 
 @lru_cache(maxsize=4096)
+def extent(lens: Lens) -> tuple[Array, Array]:
+    """Return the corners of a box in the lens's space that holds all that bounds do not exclude from the solid.
+
+    A user's box may be far larger than the solid in it.
+    """
+    low, high = Placement.of(lens).box
+    middles, half = ((low + high) / 2)[None], (high - low) / 2
+    for step in range(3 * _MOST_STEPS):
+        keeps = _may_hold(lens, middles, np.broadcast_to(half, middles.shape))
+        if not keeps.any():
+            return low, high
+        middles = middles[keeps]
+        if len(middles) > _MOST_PATCHES:
+            break
+        axis = step % 3
+        half[axis] /= 2
+        moved = np.eye(3)[axis] * half[axis]
+        middles = np.concatenate([middles - moved, middles + moved])
+    return np.maximum(low, middles.min(axis=0) - half), np.minimum(high, middles.max(axis=0) + half)
+
+
+@lru_cache(maxsize=4096)
 def reaches(lens: Lens, corner: Vec3, right: Vec3, down: Vec3) -> bool:
-    """Return whether a solid may come nearer to a parallelogram than `_NEAR` of its box: False is proved."""
+    """Return whether a solid may come nearer to a parallelogram than `_NEAR` of its box or of that: False is proved."""
     placed = Placement.of(lens)
     start = placed.local(np.asarray(corner, dtype=np.float64))
     spans = np.array([right, down]) @ placed.to_local.T
     far = np.abs(placed.to_local) @ (np.abs(corner) + np.abs(right) + np.abs(down) + np.abs(placed.centre))
-    lost = _MARGIN * far + _NEAR * (placed.box[1] - placed.box[0]).max()
+    near = _NEAR * max(np.linalg.norm(right), np.linalg.norm(down)) * np.abs(placed.to_local).sum(axis=1)
+    lost = _MARGIN * far + np.minimum(near, _NEAR * (placed.box[1] - placed.box[0]).max())
     at, size = np.array([[0.5, 0.5]]), np.array([0.5, 0.5])
     for step in range(_MOST_STEPS):
         middles, halves = start + at @ spans, np.broadcast_to(size @ np.abs(spans) + lost, (len(at), 3))

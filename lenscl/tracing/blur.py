@@ -14,10 +14,10 @@ import numpy as np
 
 from lenscl.config import Lens
 from lenscl.expr import Expr, evaluate_with_error
+from lenscl.tracing.apart import extent
 from lenscl.tracing.placement import Placement
 
 _EPSILON = {"single": 2.0**-23, "double": 2.0**-52}
-_ROUNDINGS = 8  # of a point of a ray, and of its distance from a plane
 _SAMPLES = 4096  # of the box
 _NEAREST = 0.1  # of them, by |F|: those that say what F's rounding is near the surface
 _ROOM = 2.0  # times what was seen
@@ -36,19 +36,22 @@ def blur_of(lens: Lens, expression: Expr, precision: Literal["single", "double"]
     """
     return {
         "noise": _noise(lens, expression) * _EPSILON[precision] / _EPSILON["double"],
-        "size": Placement.of(lens).diagonal() / 2.0,
+        "size": _size(lens),
     }
 
 
-def screen_blur(reach: float, precision: Literal["single", "double"]) -> float:
-    """Return what rounding may do to a point of a ray, and to its distance from a plane, in scene units."""
-    return _ROUNDINGS * _EPSILON[precision] * reach
+def _size(lens: Lens) -> float:
+    """Return half the diagonal of what the solid fills, in the world."""
+    low, high = extent(lens)
+    index = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)])
+    corners = np.take_along_axis(np.stack([low, high]), index, axis=0) @ Placement.of(lens).to_world.T
+    return float(np.linalg.norm(corners[:, None] - corners[None, :], axis=-1).max()) / 2.0
 
 
 @lru_cache(maxsize=256)
 def _noise(lens: Lens, expression: Expr) -> float:
     """Return what double precision may lose of F near the surface."""
-    low, high = Placement.of(lens).box
+    low, high = extent(lens)
     points = np.random.default_rng(0).uniform(low, high, (_SAMPLES, 3))
     f, rounding = evaluate_with_error(expression, {**lens.values, **dict(zip("xyz", points.T, strict=True))})
     f, rounding = (np.broadcast_to(each, _SAMPLES) for each in (f, rounding))

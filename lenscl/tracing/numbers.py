@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from lenscl.codegen import EMPTY, KernelSource
 from lenscl.config import Film, Picture, Scene
 from lenscl.lenses import Vec3
-from lenscl.tracing.blur import blur_of, screen_blur
+from lenscl.tracing.blur import blur_of
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.start import locate, locate_sets
 
@@ -28,8 +28,6 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
     }
     values |= _prefixed("source", _source(scene, source.structure.rays, bool(source.structure.nests)))
     values |= _prefixed("picture", picture_numbers(scene))
-    if source.structure.stops:
-        values["picture.blur"] = screen_blur(_reach(scene), source.structure.carried)
     values |= _prefixed("method", _method(scene, source.structure.reads()))
     for number in source.structure.lenses:
         lens = scene.lenses[number]
@@ -95,12 +93,6 @@ def parallel_source(scene: Scene) -> tuple[NDArray[np.float64], float]:
     direction = np.asarray(scene.source.direction, dtype=np.float64)
     direction = direction / np.linalg.norm(direction)
     return direction, float((_extent(scene) @ direction).min())
-
-
-def _reach(scene: Scene) -> float:
-    """Return how far anything of a scene is from the world's origin, at most."""
-    points = [_extent(scene)] if scene.source.at is None else [_extent(scene), np.array([scene.source.at])]
-    return float(np.linalg.norm(np.concatenate(points), axis=1).max())
 
 
 def _extent(scene: Scene) -> NDArray[np.float64]:
