@@ -23,7 +23,10 @@ FAMILIES = {
     *("expression", "refused", "Snell's law", "reversibility", "etendue", "Malus and Dupin", "Fermat"),
     *("symmetry", "exact lens", "effects"),
 }
-LATER = {2: {"unknown operand", "noisy path", "opaque lens", "axis"}, 3: {"arrangements"}}  # families by the edition that they came with
+LATER = {
+    2: {"unknown operand", "noisy path", "opaque lens", "axis"},
+    3: {"arrangements"},
+}  # families by the edition that they came with
 
 
 _FIELDS = (
