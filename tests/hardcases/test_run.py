@@ -114,7 +114,8 @@ def test_nothing_of_later_editions_is_wrong(pack: Pack, precision: str, names: t
     assert sum(each.rays for each in found) > (500 if names else 2_500)
     assert max(each.worst for each in found) < WORST[precision]
     families = by_family(found)
-    assert {each.family for each in families} == {"unknown operand", "noisy path", "opaque lens", "axis"}
+    kinds = {"unknown operand", "noisy path", "opaque lens", "axis", "arrangements"}
+    assert {each.family for each in families} == kinds
     for family in families:
         assert family.undecided <= pack.most_undecided[precision].get(family.family, 0), family
         assert sum(family.reasons.values()) == family.undecided, family
