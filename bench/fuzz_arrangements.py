@@ -176,6 +176,9 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--rays", type=int, default=24)
     parser.add_argument("--variants", type=int, default=4, help="scenes of one form, that share a kernel")
     parser.add_argument("--only", choices=list(ARRANGEMENTS), default="")
+    parser.add_argument("--scale", type=float, default=1.0, help="of the whole")
+    parser.add_argument("--shift", type=float, default=0.0, help="of the whole, from the world's origin")
+    parser.add_argument("--away", type=float, default=1.0, help="times as far rays start")
     parser.add_argument("--precision", action="append", choices=PRECISIONS)
     parser.add_argument("--tell", action="store_true", help="print rays that are undecided though proved")
     parser.add_argument("--keep", type=Path, help="write the study of every scene here that has a wrong ray")
@@ -185,7 +188,7 @@ def main(arguments: list[str]) -> int:
         form, seed = asked.seed + number // asked.variants, number % asked.variants
         label = f"{asked.only or list(ARRANGEMENTS)[form % len(ARRANGEMENTS)]} {form}/{seed}"
         try:
-            one = drawn(form, seed, asked.rays, asked.only)
+            one = drawn(form, seed, asked.rays, asked.only, asked.scale, asked.shift, asked.away)
         except LensclError as error:
             print(f"{label}: refused: {error}", flush=True)
             continue

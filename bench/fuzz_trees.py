@@ -40,7 +40,7 @@ import lenscl
 from lenscl import RayStatus, device
 from lenscl.config import Scene
 from lenscl.errors import ExpressionError, LensclError
-from lenscl.expr import bounds, differentiate, evaluate, parse, polynomial, symbol
+from lenscl.expr import bounds, differentiate, evaluate, evaluate_with_error, parse, polynomial, symbol
 
 PRECISIONS = ("double", "single", "mixed")
 _BOX = 1.1
@@ -48,7 +48,7 @@ _BALL = "x^2 + y^2 + z^2 - 1"
 _SAMPLES = 1500  # of a ray in the box
 _ASTRAY = {"double": 2e-15, "single": 1e-6, "mixed": 1e-6}  # of a place, by rounding: of all numbers here of size 1
 _NEAR = {"double": 1e-11, "single": 3e-5, "mixed": 1e-11}  # of an event's place, by all that rounds
-_LOST = 16.0  # times what single precision loses in samples: the kernels' operations come in another order
+_SINGLE = 4 * 2.0**29  # times what double precision loses: the kernels' operations come in another order
 _PARTS = 500  # of the place of an event, at most, of which F is bounded
 _PICTURE = {"corner": [-1000.0, 1000.0, -2000.0], "right": [2000.0, 0.0, 0.0], "down": [0.0, -2000.0, 0.0]}
 _NUMERICS = {"max_events": 255, "method": "interval"}
@@ -222,16 +222,10 @@ class Judge:
         return True
 
     def _is_rounding(self, ray: int, t: float) -> bool:
-        """Say whether F is no larger than what single precision may lose of it there, as samples about it show."""
-        places = t + 1e-5 * np.linspace(-1.0, 1.0, 33)
-        points = self.tree.origin[ray] + places[:, None] * self.tree.direction[ray]
-        exact, rounded = (np.broadcast_to(self.values(kind)(*points.T), 33) for kind in (np.float64, np.float32))
-        with np.errstate(invalid="ignore"):
-            return bool(np.abs(exact[16]) <= _LOST * np.abs(exact - rounded).max())
-
-    def values(self, kind: Any) -> Any:
-        """Return the text's meaning in a precision."""
-        return by_numpy(self.tree.text, kind)
+        """Say whether F is no larger than what single precision may lose of it there."""
+        point = self.tree.origin[ray] + t * self.tree.direction[ray]
+        value, lost = evaluate_with_error(parse(self.tree.text, "xyz"), dict(zip("xyz", point, strict=True)))
+        return bool(np.isfinite(lost) & (abs(value) <= _SINGLE * lost))
 
     def _zero_between(self, ray: int, low: float, high: float, astray: float) -> bool:
         place = arb((low + high) / 2, (high - low) / 2 * (1 + 1e-9))

@@ -19,6 +19,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 
 from hard_cases import (
+    arranged,
     axes,
     expressions,
     laws,
@@ -43,7 +44,21 @@ _SECONDS = 30.0  # between one writing and the next
 
 def every_case() -> Iterator[Case]:
     """Yield all cases, family by family."""
-    for module in (refraction, roots, sizes, shapes, paths, screens, expressions, laws, unknown, noisy, opaque, axes):
+    for module in (
+        refraction,
+        roots,
+        sizes,
+        shapes,
+        paths,
+        screens,
+        expressions,
+        laws,
+        unknown,
+        noisy,
+        opaque,
+        axes,
+        arranged,
+    ):
         yield from module.cases()
 
 

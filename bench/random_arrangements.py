@@ -260,8 +260,13 @@ def _turn(rng: Random, share: float) -> Table:
     return {"rotate": angles.tolist()}
 
 
-def drawn(form_seed: int, seed: int, rays: int, only: str = "") -> Arrangement:
-    """Return the arrangement of two seeds: of what its kernel is compiled for, and of its numbers."""
+def drawn(
+    form_seed: int, seed: int, rays: int, only: str = "", scale: float = 1.0, shift: float = 0.0, away: float = 1.0
+) -> Arrangement:
+    """Return the arrangement of two seeds: of what its kernel is compiled for, and of its numbers.
+
+    The whole is scaled, then shifted along (1, -1, 1), and rays start so many times farther away.
+    """
     form, numbers = np.random.default_rng([1, form_seed]), np.random.default_rng([2, form_seed, seed])
     name = only or list(ARRANGEMENTS)[form_seed % len(ARRANGEMENTS)]
     tables = ARRANGEMENTS[name](form, numbers)
@@ -287,8 +292,20 @@ def drawn(form_seed: int, seed: int, rays: int, only: str = "") -> Arrangement:
     for i, table in enumerate(tables):
         table |= {"name": f"l{i}", "n": float(indices[i]), "priority": int(priorities[i])}
         table |= {"absorbs": True} if i == opaque else {}
+
+    for table in tables:
+        size, centre = np.array(table.get("stretch", [1.0] * 3)), np.array(table["centre"])
+        if (scale, shift) != (1.0, 0.0):
+            table |= {
+                "stretch": (scale * size).tolist(),
+                "centre": (scale * centre + shift * np.array([1.0, -1.0, 1.0])).tolist(),
+            }
     text = _text(tables, medium=float(form.choice([1.0, 1.0, 1.3])))
     origins, directions = _rays(numbers, frame, rays, is_exact=kind == "as it is")
+    if away != 1.0:
+        origins = origins - 2.0 * (away - 1.0) * directions
+    if (scale, shift) != (1.0, 0.0):
+        origins = scale * origins + shift * np.array([1.0, -1.0, 1.0])
     return Arrangement(name=name, scene=scene_from_toml(text), text=text, origins=origins, directions=directions)
 
 

@@ -111,7 +111,7 @@ def _beside(case: Case, scene: Scene, rays: NDArray[np.intp], pair: int, size: f
 
     if pair >= len(_SIGNS):  # paths that lie between are met by smaller moves
         size *= 2.0 ** -float(random.integers(0, 7))
-    moved = _scene_moved(scene, shift, with_lenses=not case.starts_exactly)
+    moved = _scene_moved(scene, shift, with_lenses=not (case.starts_exactly or case.keeps_contact))
     moves = size * shares(len(rays), 256, 2, 3) * np.array([[reach(scene)], [1.0]])
 
     def shake(ray: int, event: int) -> tuple[list[float], list[float]]:

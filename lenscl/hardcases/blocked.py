@@ -1,8 +1,12 @@
-"""Check rays that an opaque lens blocks: they end on its surface, with the direction in which they came."""
+"""Check rays that an opaque lens blocks: they end on its surface, with the direction in which they came.
+
+Where solids overlap, that may be the surface of another: an opaque one is the medium behind it, or was before it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +31,8 @@ def misplaced(case: Case, scene: Scene, ends: RayMap | RayPaths, level: Level) -
     direction = ends.direction.reshape(-1, 3)[blocked].astype(np.float64)
     dark = [lens for number, lens in enumerate(scene.lenses) if scene.blocks(number)]
     apart = np.min([_distance(lens, origin) for lens in dark], axis=0)
+    within = np.any([_value(lens, origin) < 0.0 for lens in dark], axis=0)
+    apart = np.where(within, np.min([_distance(lens, origin) for lens in scene.lenses], axis=0), apart)
     far = ~(apart <= _BESIDE[level] * np.maximum(1.0, np.abs(origin).max(axis=1)))
     turned = ~(np.abs(np.linalg.norm(direction, axis=1) - 1.0) <= _BESIDE[level])
     if case.directions is not None:
@@ -42,10 +48,17 @@ def misplaced(case: Case, scene: Scene, ends: RayMap | RayPaths, level: Level) -
 
 def _distance(lens: Lens, points: Array) -> NDArray[np.float64]:
     """Return the distances of points from a lens's surface, to first order: |F| over the length of its gradient."""
-    place = Placement.of(lens)
-    values = {**lens.values, **dict(zip("xyz", place.local(points).T, strict=True))}
-    expression = lens.surface.expression
-    slopes = np.stack([evaluate(slope, values) for slope in gradient(expression)], axis=-1) @ place.to_local
+    values = _values(lens, points)
+    slopes = [np.broadcast_to(evaluate(slope, values), len(points)) for slope in gradient(lens.surface.expression)]
+    normals = np.stack(slopes, axis=-1) @ Placement.of(lens).to_local
     with np.errstate(all="ignore"):
-        apart: NDArray[np.float64] = np.abs(evaluate(expression, values)) / np.linalg.norm(slopes, axis=-1)
+        apart: NDArray[np.float64] = np.abs(_value(lens, points)) / np.linalg.norm(normals, axis=-1)
     return apart
+
+
+def _value(lens: Lens, points: Array) -> Array:
+    return np.broadcast_to(evaluate(lens.surface.expression, _values(lens, points)), len(points))
+
+
+def _values(lens: Lens, points: Array) -> dict[str, Any]:
+    return {**lens.values, **dict(zip("xyz", Placement.of(lens).local(points).T, strict=True))}

@@ -36,6 +36,8 @@ class Case:
     starts_exactly : bool
         The rays start on a surface, or an ulp beside it: where they start, and the lens, are not moved to see what
         rounding may do.
+    keeps_contact : bool
+        Solids are in contact, or nearly: lenses are not moved to see what rounding may do, for that would part them.
     counts_from : (float, float, float), optional
         The point of a surface that the rays count as starting from: rounding does not tell their own from it.
     equals : str
@@ -61,6 +63,7 @@ class Case:
     is_exact: bool = False
     lacks_values: NDArray[np.bool_] | None = field(default=None, repr=False)
     starts_exactly: bool = False
+    keeps_contact: bool = False
     counts_from: tuple[float, float, float] | None = None
     equals: str = ""
     refused: str = ""
@@ -73,6 +76,7 @@ class Case:
         """What the answers hang on: equal keys have the same."""
         parts = [self.name, self.scene, str(self.starts_exactly), str(self.counts_from)]
         parts += [self.proved_as] if self.proved_as else []
+        parts += ["keeps contact"] if self.keeps_contact else []
         digest = hashlib.sha256("\n".join(parts).encode())
         for array in (self.origins, self.directions):
             digest.update(b"" if array is None else np.ascontiguousarray(array).tobytes())

@@ -29,7 +29,7 @@ from lenscl.imaging.atomic import whole_file
 _FOLDER = Path(str(files("lenscl.hardcases"))) / "pack"
 _CASES, _RAYS, _UNDECIDED = "cases.toml", "rays.npz", "undecided.toml"
 _WORDS = ("name", "family", "why", "scene", "equals", "refused", "proved_as")
-_FLAGS = ("is_exact", "starts_exactly", "has_gaps")
+_FLAGS = ("is_exact", "starts_exactly", "keeps_contact", "has_gaps")
 _GIVEN = ("origins", "directions", "lacks_values")
 _ANSWERS = ("status", "events", "st")
 

@@ -40,6 +40,11 @@ FEW = (
     *("opaque: torus", "opaque: grazing a sphere of 0.5", "opaque: a needle", "opaque: from within a sphere of 1.5"),
     *("axis: a superellipsoid of 1.5, 1.5", "axis: a superellipsoid of 2, 1", "axis: the cube root of F, a rounded"),
     *("axis: F^3, a rounded", "axis: a shell by", "axis: a film of 7 x 7 before a superellipsoid of 1"),
+    *(
+        "arrangements: doublet of a prescription from afar",
+        "arrangements: slabs 1e-12",
+        "arrangements: stacked slabs, 1",
+    ),
 )
 
 
@@ -111,7 +116,8 @@ def test_nothing_of_later_editions_is_wrong(pack: Pack, precision: str, names: t
     assert max(each.worst for each in found) < WORST[precision]
     assert too_many(pack, found, "auto", precision) == {}
     families = by_family(found)
-    assert {each.family for each in families} == {"unknown operand", "noisy path", "opaque lens", "axis"}
+    kinds = {"unknown operand", "noisy path", "opaque lens", "axis", "arrangements"}
+    assert {each.family for each in families} == kinds
     for family in families:
         assert sum(family.reasons.values()) == family.undecided, family
 
