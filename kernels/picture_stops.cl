@@ -30,7 +30,8 @@ static inline maskv picture_met(const ray_t *ray, maskv travels, hit_t *hit, con
   const maskv before = not_lane(hit->found) | (place.distance + blur < hit->low);
   const real3v across = cross3(normal, hit->normal);
   const maskv along = dot3(across, across) <= LIES_ALONG * dot3(hit->normal, hit->normal);
-  const maskv stopped = travels & is_on & not_lane(behind) & (before | (along & (maskv)(MASK)CONTACT_IS_DECIDED));
+  const maskv touched = along & not_lane((maskv)(MASK)!CONTACT_IS_DECIDED);
+  const maskv stopped = travels & is_on & not_lane(behind) & (before | touched);
   const maskv unknown = travels & may_be_on & not_lane(behind | stopped) & (hit->found | not_lane(is_ahead));
   hit->doubt = unknown ? min_v(hit->doubt, max_v(place.distance - blur, (realv)0)) : hit->doubt;
   hit->high = stopped ? place.distance + blur : hit->high;

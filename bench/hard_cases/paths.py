@@ -153,7 +153,7 @@ def _cut_screens() -> Iterator[Case]:
     yield aimed_case(
         name,
         "screens in a lens",
-        "the picture cuts the lens: it stops no light, so the last leg leads away from it",
+        "the picture cuts the lens: rays end on it in the glass",
         scene(lens("sphere"), picture=picture),
         down_on(generator(name), 100, 1.2),
     )
@@ -184,7 +184,7 @@ def _cut_screens() -> Iterator[Case]:
     yield aimed_case(
         name,
         "screens in a lens",
-        "rays start in the picture's own plane, inside the lens",
-        scene(lens("ellipsoid", a=1.0, b=0.8, c=0.6), picture=picture),
+        "rays start in the picture's own plane, inside the lens and beside the picture",
+        scene(lens("ellipsoid", a=1.0, b=0.8, c=0.6), picture=picture | {"corner": [1.2, 1.0, 0.1]}),
         rays(np.column_stack([random.uniform(-0.4, 0.4, (80, 2)), np.full(80, 0.1)]), random.normal(size=(80, 3))),
     )
