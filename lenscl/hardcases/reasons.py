@@ -45,7 +45,7 @@ _SAID = {  # words of the oracle's messages
     "edge that two solids share": "shared edge",
     "parallel to the picture": "screen",
     "on the picture's plane": "screen",
-    "lands on an edge of the picture": "screen",
+    "an edge of the picture": "screen",
     "stretches of the ray": "proof too long",
 }
 

@@ -167,8 +167,13 @@ def _boxes_cut_screens(scene: Scene, placed: list[tuple[str, Placement]]) -> Ite
                 yield HardSpot(
                     key,
                     f"cut-by-{name}",
-                    f"its box is cut by the {name}; screens stop no light, and where the solid itself is cut, "
-                    + ("light enters it before the film" if name == "film" else "light lands only after leaving it"),
+                    f"its box is cut by the {name}; "
+                    + (
+                        "a film stops no light, and where the solid itself is cut, light enters it before the film"
+                        if name == "film"
+                        else "where the solid itself reaches it, rays end on it when they meet it first, in the solid "
+                        "too; see picture.stops"
+                    ),
                 )
 
 

@@ -368,6 +368,7 @@ HARD = {
     "coin": {"within-lens.block"},
     "straw": {"overlap-lens.water", "overlap-lens.straw"},
     "doublet": {"touch-lens.flint"},
+    **{name: {"cut-by-picture"} for name in ("paperweight", "lenticular", "window")},
 }
 
 
