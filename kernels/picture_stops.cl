@@ -4,10 +4,10 @@
 
 #define LIES_ALONG ((realv)NUMBER(1e-12))  // square of the sine between the normals of a picture and a face that it lies on
 
-// Returns the lanes that meet the picture before the surfaces in *hit, or on them where these are parallel to it: *hit is
-// none there, up to where the picture is met beyond rounding. What comes first is in doubt where a surface and the
-// picture are met at an angle within rounding, in single precision at no angle too, on an edge of the picture before a surface, and where a ray starts on the
-// picture.
+// Returns the lanes that end on the picture: they meet it before the surfaces in *hit, or on one that is parallel to it.
+// *hit holds no surface there. The order is in doubt, and the ray undecided, in three cases: a surface is met within
+// rounding of the picture and is not parallel to it (in single precision: whether parallel or not); an edge of the picture
+// is met before a surface; the ray starts on the picture.
 static inline maskv picture_met(const ray_t *ray, maskv travels, hit_t *hit, const picture_t *picture) {
   const place_t place = meet_plane(ray->origin, ray->direction, picture);
   const real3v normal = broadcast3(picture->normal);

@@ -7,6 +7,7 @@ spare, not a bound that is proved: F's rounding is looked at in samples of the b
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 from typing import Literal
 
@@ -42,10 +43,7 @@ def blur_of(lens: Lens, expression: Expr, precision: Literal["single", "double"]
 
 def _size(lens: Lens) -> float:
     """Return half the diagonal of what the solid fills, in the world."""
-    low, high = extent(lens)
-    index = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)])
-    corners = np.take_along_axis(np.stack([low, high]), index, axis=0) @ Placement.of(lens).to_world.T
-    return float(np.linalg.norm(corners[:, None] - corners[None, :], axis=-1).max()) / 2.0
+    return replace(Placement.of(lens), box=np.stack(extent(lens))).diagonal() / 2.0
 
 
 @lru_cache(maxsize=256)
