@@ -29,20 +29,28 @@ def trace(
     What `lenscl.trace` comes to, with its parameters and errors, once it is chosen how to trace: a scene that asks for
     an accuracy is refused unless `method` or `precision` is given. One ray a pixel is traced; `complete` adds more.
     """
+    return RayMap(**_film(scene, "map", method, precision, device), legs=film_legs)
 
-    def traced(ends: Literal["map", "legs"]) -> dict[str, Any]:
-        asked = scene if ends == "map" else steering(scene)  # of which only the legs are kept
-        job = Job.prepare(asked, scene.source.kind, ends, method, precision, device)
-        film = job.scene.film
-        arrays = job.run_film()
-        job.decide(arrays, lambda undecided: film_rays(job.scene, undecided))
-        return job.result(arrays, film.rows, film.columns)
 
-    def legs() -> tuple[NDArray[Any], NDArray[Any]]:
-        fields = traced("legs")
-        return fields["origin"], fields["direction"]
+def film_legs(raymap: RayMap) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Trace the last straight legs of a map's rays: their origins and directions, shape (rows, columns, 3)."""
+    fields = _film(steering(raymap.scene), "legs", None, None, raymap.device)  # of which only the legs are kept
+    return fields["origin"], fields["direction"]
 
-    return RayMap(**traced("map"), legs=legs)
+
+def _film(
+    scene: Scene,
+    ends: Literal["map", "legs"],
+    method: str | None,
+    precision: str | None,
+    device: Device | str | None,
+) -> dict[str, Any]:
+    """Trace the ray of every film pixel; return the fields of a map."""
+    job = Job.prepare(scene, scene.source.kind, ends, method, precision, device)
+    film = job.scene.film
+    arrays = job.run_film()
+    job.decide(arrays, lambda undecided: film_rays(job.scene, undecided))
+    return job.result(arrays, film.rows, film.columns)
 
 
 def trace_without(scene: Scene, variant: str, *, device: Device | str | None = None) -> RayMap:
@@ -57,7 +65,7 @@ def trace_without(scene: Scene, variant: str, *, device: Device | str | None = N
     return RayMap(**job.result(arrays, film.rows, film.columns), legs=_no_legs)
 
 
-def _no_legs() -> tuple[NDArray[Any], NDArray[Any]]:
+def _no_legs(raymap: RayMap) -> tuple[NDArray[Any], NDArray[Any]]:
     raise TraceError("origin, direction: a map without one of its effects has none; trace the scene")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from lenscl.codegen import KernelSource
 from lenscl.config import Scene
 from lenscl.config.scene import Frozen
-from lenscl.device import Device
+from lenscl.device import Device, choose, devices
 from lenscl.effects import EFFECTS
 from lenscl.lenses import Vec3
 from lenscl.status import RayStatus
+from lenscl.tracing.arrayvalue import ArrayValue
 
 _ADDED_BY = {
     effect.key: {output.name for some in effect.variants.values() for one in some for output in one.adds}
@@ -26,8 +27,11 @@ _ADDED_BY = {
 _ADDED_BY["footprint"] |= {"magnification", "fold"}  # made of its jacobian
 
 
+_DESCRIBED = tuple(each.name for each in fields(Device) if each.compare)  # what a pickle keeps of a device
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Rays:
+class _Rays(ArrayValue):
     """The ends of rays. Lengths are in scene units; real arrays have the precision traced (float32 or float64).
 
     With `effects.dispersion` every array of rays has one more axis in front, of the K wavelengths: `st` is of shape
@@ -53,31 +57,51 @@ class _Rays:
     scene : Scene
         What was traced, with any method or precision asked for in the call.
     device : Device
-        Where.
+        Where. Of rays that were pickled it is looked up when first read: the same device, else one of its name, else
+        the one that is chosen unasked.
     added : mapping of str to array
         What the scene's effects add, by name. Each is an attribute, too: `raymap.path_length`, or `raymap.jacobian`,
         d(s, t)/d(row, column) of shape (..., 2, 2): 0 where the ray has no place, of no meaning on an edge. For given
         rays it is of the pencil that the film's rays form, from the ray's own start or along its own direction.
+
+    Equality compares the rays, the scene, the kernel and the device's description, and not `trace_seconds`. A pickle
+    holds no device, only its description; reading arrays from it starts no driver.
     """
 
     st: NDArray[Any] = field(repr=False)
     status: NDArray[np.uint8] = field(repr=False)
     events: NDArray[np.uint8] = field(repr=False)
-    trace_seconds: float
+    trace_seconds: float = field(compare=False)
     escalated: int
     kernel: KernelSource = field(repr=False)
     scene: Scene = field(repr=False)
-    device: Device
+    device: Device = field(compare=False)  # by its description; see `_parts`
     added: Mapping[str, NDArray[Any]] = field(default=Frozen(), repr=False)
 
-    def __getattr__(self, name: str) -> NDArray[Any]:
+    def __getattr__(self, name: str) -> Any:
         # Asked for what is no attribute of its own
+        if name == "device" and "_described" in self.__dict__:
+            self.__dict__["device"] = _found(self.__dict__["_described"])
+            return self.__dict__["device"]
         added: Mapping[str, NDArray[Any]] = self.__dict__.get("added", {})
         if name in added:
             return added[name]
         effect = next((key for key, names in _ADDED_BY.items() if name in names), None)
         advice = f"; trace with effects.{effect} for it" if effect else ""
         raise AttributeError(f"{type(self).__name__} has no {name}{advice}")
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = {**self.__dict__, "_described": self._description()}
+        state.pop("device", None)
+        return state
+
+    def _description(self) -> Mapping[str, Any]:
+        """Return what tells the device from others."""
+        from_pickle: Mapping[str, Any] | None = self.__dict__.get("_described")
+        return from_pickle or {name: getattr(self.device, name) for name in _DESCRIBED}
+
+    def _parts(self) -> list[Any]:
+        return [*super()._parts(), self._description()]
 
     @property
     def magnification(self) -> NDArray[np.float64]:
@@ -114,12 +138,21 @@ class _Rays:
         return {status: int(counted[status]) for status in RayStatus}
 
 
+def _found(described: Mapping[str, Any]) -> Device:
+    """Return the device of a description; see `_Rays`."""
+    here = devices()
+    label = Device(**described, handle=None).label
+    same = (each for each in here if all(getattr(each, name) == value for name, value in described.items()))
+    namesakes = (each for each in here if each.label == label)
+    return next(same, None) or next(namesakes, None) or choose()
+
+
 def _area(right: Vec3, down: Vec3) -> float:
     return float(np.linalg.norm(np.cross(right, down)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Samples:
+class Samples(ArrayValue):
     """More rays than the one through its centre, of all film pixels or of some: what `effects.antialias` adds.
 
     They stand at the centres of `side` x `side` squares that make up the pixel, row by row. With `effects.dispersion`
@@ -152,7 +185,7 @@ class Samples:
 
 
 @dataclass(frozen=True, eq=False)
-class BrightCells:
+class BrightCells(ArrayValue):
     """Cells of the picture in which the irradiance exceeds 1 and varies, with the irradiance of their parts.
 
     A whole number stops at white, so the colour of such a cell is the mean over its parts of what each of them shows.
@@ -173,7 +206,7 @@ class BrightCells:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Caustic:
+class Caustic(ArrayValue):
     """The light on the picture: what `effects.caustics` adds.
 
     Attributes
@@ -222,12 +255,12 @@ class RayMap(_Rays):
     `origin` and `direction` are three times as large as the rest and seldom asked for: they are traced when first
     read. `trace_seconds` does not count that. `samples` are the further rays of a scene with `effects.antialias`, a
     `Samples`, else None; `caustic` is the light on the picture with `effects.caustics`, a `Caustic`, else None. What
-    those take is counted in `trace_seconds` and `escalated`.
+    those take is counted in `trace_seconds` and `escalated`. `legs` is the function that traces the last legs of a map.
     """
 
     __doc__ = f"{__doc__}\n\n{_Rays.__doc__}"
 
-    legs: Callable[[], tuple[NDArray[Any], NDArray[Any]]] = field(repr=False)
+    legs: Callable[[RayMap], tuple[NDArray[Any], NDArray[Any]]] = field(repr=False, compare=False)
     samples: Samples | None = field(default=None, repr=False)
     caustic: Caustic | None = field(default=None, repr=False)
 
@@ -270,12 +303,23 @@ class RayMap(_Rays):
             added=Frozen({name: array[number] for name, array in self.added.items() if name != "wavelengths"}),
             samples=None if self.samples is None else self.samples.layer(number),
             caustic=None,
-            legs=lambda: (self.origin[number], self.direction[number]),
+            legs=_LegsOfLayer(self, number),
         )
 
     @cached_property
     def _legs(self) -> tuple[NDArray[Any], NDArray[Any]]:
-        return self.legs()
+        return self.legs(self)
+
+
+@dataclass(frozen=True)
+class _LegsOfLayer:
+    """Where the legs of one wavelength are: in the map of all of them."""
+
+    whole: RayMap
+    number: int
+
+    def __call__(self, layer: RayMap) -> tuple[NDArray[Any], NDArray[Any]]:
+        return self.whole.origin[self.number], self.whole.direction[self.number]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -118,7 +118,7 @@ def film_is_its_rays(scene: Scene, device: Device) -> Law:
         st=paths.st.reshape(rows, columns, 2),
         status=paths.status.reshape(rows, columns),
         events=paths.events.reshape(rows, columns),
-        legs=lambda: (paths.origin, paths.direction),
+        legs=lambda _: (paths.origin, paths.direction),
         trace_seconds=0.0, escalated=0, kernel=raymap.kernel, scene=scene, device=device,
     )  # fmt: skip
     return differs(raymap, given, 2.0 * bounds(scene, device))
