@@ -68,6 +68,10 @@ class ImageError(LensclError):
     """A picture that cannot be read or written; the message leads with its file."""
 
 
+class DiskFullError(ImageError):
+    """A picture that cannot be written because its disk is full; others on that disk cannot be, either."""
+
+
 class NoDeviceError(LensclError):
     """No usable OpenCL device; the message says how to get one."""
 

@@ -12,6 +12,7 @@ SAMPLES = {
     errors.LensclError: ("film.png: is a folder",),
     errors.StudyError: (["lens.n: must be positive", "film.size: is missing"],),
     errors.ExpressionError: ("unknown name 'w'", "x + w", 4),
+    errors.DiskFullError: ("disk/out.png: make room on the disk",),
     errors.ImageError: ("film.png: is cut short",),
     errors.NoDeviceError: ("no OpenCL device",),
     errors.BuildError: ("the driver's log",),

@@ -75,6 +75,7 @@ class Planner:
                 pass  # what cannot be reached there may be here
             else:
                 if achieved.is_met:
+                    self._planning = None  # its maps are large
                     return complete(raymap), achieved
         raymap, achieved = self._best(scene, size, lambda plan: self._traced(scene, plan, size))
         return complete(raymap), achieved

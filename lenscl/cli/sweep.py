@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import ExitStack, closing
 from itertools import chain
 from pathlib import Path
@@ -22,7 +23,7 @@ from lenscl.cli.group import (
 )
 
 if TYPE_CHECKING:
-    from lenscl.sweep import SweepPlan
+    from lenscl.sweep import Stage, SweepPlan
 
 _MOST_NAMED = 10  # failures named one by one in a summary
 
@@ -124,17 +125,27 @@ def _size(plan: SweepPlan) -> str:
     return plain(f"{points} x {pictures} = {many(plan.run_count, 'image')} in {plan.out}")
 
 
+def _shares(spans: Mapping[Stage, float]) -> str:
+    """Return how the work of all threads divides into stages, the largest first; waiting is no work."""
+    work = {stage: seconds for stage, seconds in spans.items() if stage != "wait"}
+    whole = sum(work.values()) or 1.0
+    largest_first = sorted(work.items(), key=lambda item: -item[1])
+    shares = [f"{stage} {100 * seconds / whole:.0f} %" for stage, seconds in largest_first if seconds >= 0.005 * whole]
+    return f"stages: {', '.join(shares)} of {whole:.1f} s in all threads"
+
+
 def _run(plan: SweepPlan, fresh: bool) -> None:
     from lenscl.cli.findings import PointFindings
     from lenscl.cli.interrupt import Interrupt
     from lenscl.cli.progress import Progress
-    from lenscl.sweep import Store, cells, csv_line, header, run_sweep, shown_scenes
+    from lenscl.sweep import Store, cells, csv_line, header, run_sweep, shown_scenes, total
 
     click.echo(_size(plan), err=True)
     tell_stretched(shown_scenes(plan.study), plan.study.images)
     axes = plan.study.axes
     made = kept = 0
     failed: list[str] = []
+    spans: dict[Stage, float] = {}
     findings = PointFindings()
     with (
         Interrupt() as interrupt,
@@ -153,8 +164,11 @@ def _run(plan: SweepPlan, fresh: bool) -> None:
                 kept += 1
             else:
                 made += 1
+                spans = total([spans, row.spans or {}])
     missing = plan.run_count - made - kept - len(failed)
     click.echo(f"{made} made, {kept} kept, {len(failed)} failed, {missing} left; {progress.summary()}", err=True)
+    if spans:
+        click.echo(_shares(spans), err=True)
     for text in failed[:_MOST_NAMED]:
         click.echo(plain(f"failed: {text}"), err=True)
     if len(failed) > _MOST_NAMED:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from lenscl.device.choose import choose, devices
 from lenscl.device.environment import cache_folder, problems
+from lenscl.device.loss import answers, means_lost
 from lenscl.device.runtime import WIDEST, Buffer, Device, Precision, Program, compile_count
 
 __all__ = [
@@ -21,9 +22,11 @@ __all__ = [
     "Device",
     "Precision",
     "Program",
+    "answers",
     "cache_folder",
     "choose",
     "compile_count",
     "devices",
+    "means_lost",
     "problems",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 import shutil
@@ -9,8 +10,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from lenscl.errors import ImageError
+from lenscl.errors import DiskFullError, ImageError
 
+_FULL = (errno.ENOSPC, errno.EDQUOT)  # the disk's room, or the user's share of it
 _RESERVE = 4 * 2**20  # bytes left free on the disk: some formats' libraries end or hang the process on a full one
 
 
@@ -28,8 +30,8 @@ def whole_file(file: Path, largest_bytes: int) -> Iterator[Path]:
     Raises
     ------
     ImageError
-        If the folder is not there or not writable, or the disk too full. Whatever goes wrong, an interrupt included,
-        nothing is left behind, and an old `file` stays as it was.
+        If the folder is not there or not writable, or the disk too full: then it is a `DiskFullError`. Whatever goes
+        wrong, an interrupt included, nothing is left behind, and an old `file` stays as it was.
     """
     # Readers go by the suffix; 48 characters of the name are at most 192 of the 255 bytes that a name may have
     temporary = file.with_name(f".{file.stem[:48]}.{secrets.token_hex(6)}.tmp{file.suffix}")
@@ -39,9 +41,8 @@ def whole_file(file: Path, largest_bytes: int) -> Iterator[Path]:
         _settle(temporary)
         os.replace(temporary, file)
     except OSError as error:
-        raise ImageError(
-            f"{file}: cannot be written ({error.strerror}); check the folder's permissions and disk"
-        ) from error
+        kind = DiskFullError if error.errno in _FULL else ImageError
+        raise kind(f"{file}: cannot be written ({error.strerror}); check the folder's permissions and disk") from error
     finally:
         with suppress(OSError):  # a disk that has become read-only: the error that told so is on its way
             temporary.unlink(missing_ok=True)
@@ -55,7 +56,7 @@ def _check_room(file: Path, largest_bytes: int) -> None:
         raise ImageError(f"{file}: is a folder; give a file name")
     free = shutil.disk_usage(folder).free
     if free < largest_bytes + _RESERVE:
-        raise ImageError(
+        raise DiskFullError(
             f"{file}: may need {largest_bytes / 2**20:.1f} MiB, and {free / 2**20:.1f} MiB are free; "
             "make room on the disk"
         )

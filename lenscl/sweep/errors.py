@@ -1,13 +1,24 @@
-"""What can go wrong with a sweep's folder, in sentences."""
+"""What can go wrong with a sweep, by kind, in sentences.
+
+| kind | examples | what a sweep does |
+|---|---|---|
+| stops | no device, a full disk, the output folder or its table gone, an interrupt | ends; the rest is pending |
+| lost | the driver gave the device up | opens the device anew and makes the point once more |
+| the row's own | a bad picture, a point that cannot be traced | notes the failure and goes on |
+"""
 
 from __future__ import annotations
 
+import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from lenscl.errors import LensclError
+from lenscl.errors import DiskFullError, LensclError, NoDeviceError
+
+RESUME = "what was made is noted: run the same command again to go on"
+_LONGEST_REASON = 1000  # characters of an error that a row keeps
 
 # SQLite's primary result codes (the low byte), each with what it means for the user
 _MEANINGS = {
@@ -46,3 +57,36 @@ def explained(path: Path) -> Iterator[None]:
         code = getattr(error, "sqlite_errorcode", None)  # absent when the sqlite3 module itself complains
         meaning = None if code is None else _MEANINGS.get(code & 0xFF)
         raise SweepError(f"{path}: {meaning} ({error})" if meaning else f"{path}: {error}") from error
+
+
+def stop_for(error: BaseException, folder: Path) -> LensclError | None:
+    """Return what ends the whole sweep, with how to resume it; None where an error is the row's own.
+
+    Parameters
+    ----------
+    error : exception
+        What making a point, or writing one of its images, raised.
+    folder : Path
+        Where the images are written.
+    """
+    if isinstance(error, SweepError):
+        return error
+    if isinstance(error, NoDeviceError):
+        return NoDeviceError(f"{error}; {RESUME}")
+    if isinstance(error, DiskFullError):
+        return SweepError(f"{error}; {RESUME}")
+    if not folder.is_dir():
+        return SweepError(
+            f"{folder}: is gone; put it back and run the same command again, which keeps what is still there"
+        )
+    if not os.access(folder, os.W_OK):
+        return SweepError(f"{folder}: can no longer be written; {RESUME} once it can")
+    return None
+
+
+def reason(error: BaseException) -> str:
+    """Return an error as one line, of a driver's log the start; one that is not ours carries its kind."""
+    text = " ".join(str(error).encode("utf-8", "backslashreplace").decode().split())
+    if len(text) > _LONGEST_REASON:
+        text = text[: _LONGEST_REASON - 3] + "..."
+    return text if isinstance(error, LensclError) else f"{type(error).__name__}: {text}"

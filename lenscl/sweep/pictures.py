@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
+import time
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -15,6 +16,7 @@ from typing import Self
 
 from lenscl.errors import ImageError
 from lenscl.imaging import Picture, read_picture
+from lenscl.sweep.spans import Clock
 
 KEEP_BYTES = 512 * 2**20  # decoded pictures kept for the next point; what does not fit is decoded again
 _LONGEST_NAME = 150  # bytes; leaves room for index, extension and a temporary name's mark in the 255 of a file name
@@ -99,11 +101,11 @@ class PictureReader:
     least recently used would throw out exactly the one that is needed next.
     """
 
-    def __init__(self, pictures: Sequence[SourcePicture], keep_bytes: int = KEEP_BYTES) -> None:
-        self._pictures, self._room = pictures, keep_bytes
+    def __init__(self, keep_bytes: int = KEEP_BYTES) -> None:
+        self._room = keep_bytes
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="lenscl-read")
-        self._held: dict[int, Picture | str] = {}  # decoded, or why it cannot be
-        self._coming: dict[int, Future[Picture]] = {}
+        self._held: dict[SourcePicture, Picture | str] = {}  # decoded, or why it cannot be
+        self._coming: dict[SourcePicture, Future[tuple[Picture, float]]] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -111,36 +113,47 @@ class PictureReader:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the thread; what was not begun is not decoded any more."""
         self._pool.shutdown(wait=True, cancel_futures=True)
 
-    def prefetch(self, number: int) -> None:
+    def prefetch(self, source: SourcePicture) -> None:
         """Start decoding a picture, unless it is here or on its way."""
-        if number not in self._held and number not in self._coming:
-            self._coming[number] = self._pool.submit(_decode, self._pictures[number])
+        if source not in self._held and source not in self._coming:
+            self._coming[source] = self._pool.submit(_timed, source)
 
-    def take(self, number: int) -> Picture:
-        """Return a decoded picture.
+    def take(self, source: SourcePicture, clock: Clock) -> Picture:
+        """Return a decoded picture; the clock gets the time to decode it, and the time waited for it.
 
         Raises
         ------
         ImageError
             If it cannot be read, or is no longer what it was when the sweep was planned; each time it is asked for.
         """
-        if number not in self._held:
-            self.prefetch(number)
+        if source not in self._held:
+            self.prefetch(source)
             try:
-                picture = self._coming.pop(number).result()
+                with clock.span("wait"):
+                    picture, seconds = self._coming.pop(source).result()
             except ImageError as error:
-                self._held[number] = str(error)
+                self._held[source] = str(error)
             else:
+                clock.add("decode", seconds)
                 if picture.pixels.nbytes > self._room:
                     return picture
                 self._room -= picture.pixels.nbytes
-                self._held[number] = picture
-        found = self._held[number]
+                self._held[source] = picture
+        found = self._held[source]
         if isinstance(found, str):
             raise ImageError(found)
         return found
+
+
+def _timed(source: SourcePicture) -> tuple[Picture, float]:
+    start = time.perf_counter()
+    return _decode(source), time.perf_counter() - start
 
 
 def _decode(picture: SourcePicture) -> Picture:

@@ -7,17 +7,19 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from lenscl.accuracy import largest_size
 from lenscl.config import Needs, Point, Scene, Study
 from lenscl.errors import ImageError, StudyError
 from lenscl.imaging import refuse_unseen
 from lenscl.sweep.pictures import SourcePicture, as_text, fingerprint, survey
 from lenscl.sweep.store import Planned
+from lenscl.sweep.work import ImageWork, PointWork
 from lenscl.tracing import study_needs, with_needs
 from lenscl.version import program_version
 
@@ -86,6 +88,56 @@ class SweepPlan:
     def scene_of(self, point: Point) -> Scene:
         """Return a point's scene as it is traced."""
         return with_needs(point.scene, self.needs)
+
+    def work_at(self, point: Point, numbers: Sequence[int]) -> PointWork:
+        """Return the unit of work that makes some images of a point, by the numbers of their pictures.
+
+        Raises
+        ------
+        StudyError
+            If the point's values do not go together.
+        """
+        pictures = [self.pictures[number] for number in numbers]
+        return PointWork(
+            index=point.index,
+            scene=self.scene_of(point),
+            like=self._like(point),
+            size=self._largest_size,
+            format=self.study.output.format,
+            images=tuple(
+                ImageWork(
+                    picture=picture,
+                    output=self.out / self.output_name(point.index, picture),
+                    metadata=self.metadata(point, picture),
+                )
+                for picture in pictures
+            ),
+        )
+
+    def _like(self, point: Point) -> Scene | None:
+        """Return the scene whose plan serves all points of this one's structure: the first in the study's order.
+
+        It is the same one whatever an earlier run has done already, so that a sweep that goes on makes what it would
+        have made in one go.
+        """
+        if point.scene.numerics.accuracy is None:
+            return None
+        text = structure_text(point)
+        if text not in self._first:
+            first = next(other for other, structure in self.structures() if structure == text)
+            try:
+                self._first[text] = self.scene_of(first)
+            except StudyError:  # it fails alone, and the others plan for themselves
+                self._first[text] = None
+        return self._first[text]
+
+    @cached_property
+    def _first(self) -> dict[str, Scene | None]:
+        return {}
+
+    @cached_property
+    def _largest_size(self) -> tuple[int, int]:
+        return largest_size(self.study.scene, self.study.images)
 
     def structures(self) -> Iterator[tuple[Point, str]]:
         """Yield every point with a text of what may decide its kernel: equal texts, equal kernels.

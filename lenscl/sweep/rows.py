@@ -19,6 +19,7 @@ from typing import Any, Literal, TypeAlias
 
 from lenscl.accuracy import SelfCheck
 from lenscl.status import RayStatus
+from lenscl.sweep.spans import Stage
 
 State: TypeAlias = Literal["pending", "done", "failed"]
 
@@ -48,6 +49,7 @@ class Row:
     error: str | None = None
     checks: Mapping[str, Any] | None = None  # what the self-checks of its point's trace found, as `SelfCheck.as_json`
     achieved: Mapping[str, Any] | None = None  # how accurate its point's trace is, as `Achieved.as_json`, where asked
+    spans: Mapping[Stage, float] | None = None  # wall seconds by stage; the first image of a point has what they share
     kept: bool = False  # made by an earlier run
 
     @property

@@ -25,9 +25,10 @@ from typing import Any, Self
 from lenscl.status import RayStatus
 from lenscl.sweep.errors import ForeignTableError, SweepError, explained
 from lenscl.sweep.rows import Row
+from lenscl.sweep.spans import Stage
 
 STORE_NAME = "sweep.sqlite"
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 _APPLICATION_ID = 0x6C656E73  # "lens"
 
 _SCHEMA = f"""
@@ -46,17 +47,21 @@ CREATE TABLE run (
     device TEXT, kernel TEXT,    -- what traced it
     error TEXT,
     checks TEXT,                 -- JSON, what the self-checks of its point's trace found
-    achieved TEXT                -- JSON, how accurate the trace is; NULL: no accuracy was asked for
+    achieved TEXT,               -- JSON, how accurate the trace is; NULL: no accuracy was asked for
+    spans TEXT                   -- JSON, stage -> wall seconds, see lenscl.sweep.spans; sums over rows are sums of work
 );
 CREATE INDEX run_of_point ON run (point, position);
 PRAGMA application_id = {_APPLICATION_ID};
 PRAGMA user_version = {SCHEMA_VERSION};
 """
 
+# What later schemas added to the first one, all of it columns that may be NULL: a table without one is given it
+_ADDED = ("checks", "achieved", "spans")
+
 # A planned run keeps what is known of it if it was done under the same key; otherwise it is pending, and blank
 _RESULTS = (
     "counts", "trace_seconds", "paint_seconds", "write_seconds", "size", "changed_ns", "digest", "device", "kernel",
-    "checks", "achieved",
+    "checks", "achieved", "spans",
 )  # fmt: skip
 _IS_KEPT = "run.key = excluded.key AND run.state = 'done'"
 _PLAN = f"""
@@ -69,9 +74,9 @@ ON CONFLICT (output) DO UPDATE SET
 """
 _RESET = f"UPDATE run SET {', '.join(f'{name} = NULL' for name in _RESULTS)}, state = ?, error = ? WHERE output = ?"
 _ROW_COLUMNS = (
-    "output, point, parameters, picture, state, counts, trace_seconds, paint_seconds, write_seconds, error, checks, "
-    "achieved"
-)
+    "output", "point", "parameters", "picture", "state", "counts", "trace_seconds", "paint_seconds", "write_seconds",
+    "error", "checks", "achieved", "spans",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,16 +122,19 @@ class Store:
 
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         self.path, self._connection = path, connection
+        self._identity = _identity(path)
+        there = _columns(connection)  # a table of an earlier schema that is only read has not got all of them
+        self._row_columns = ", ".join(name if name in there else f"NULL AS {name}" for name in _ROW_COLUMNS)
 
     @classmethod
     @contextmanager
     def writing(cls, folder: Path) -> Iterator[Self]:
-        """Open a folder's table for its one writer, making it if it is missing.
+        """Open a folder's table for its one writer, making it if it is missing; one of an earlier schema is brought up.
 
         Raises
         ------
         SweepError
-            If it cannot be used: no database, of another schema, read-only, disk full.
+            If it cannot be used: no database, of a later schema, read-only, disk full.
         """
         path = folder / STORE_NAME
         with explained(path):
@@ -138,9 +146,9 @@ class Store:
                     _check_schema(path, connection)  # before anything in somebody else's file is changed
                 connection.execute("PRAGMA journal_mode = WAL")
                 connection.execute("PRAGMA synchronous = NORMAL")  # a killed process loses nothing committed
-                if is_new:
-                    connection.executescript(f"BEGIN; {_SCHEMA} COMMIT;")
-            yield cls(path, connection)
+                connection.executescript(f"BEGIN; {_SCHEMA if is_new else _migration(connection)} COMMIT;")
+                store = cls(path, connection)
+            yield store
         finally:
             with suppress(sqlite3.Error):  # at rest it is one file again, which readers need nothing beside
                 connection.execute("PRAGMA busy_timeout = 0")  # unless somebody is reading it just now
@@ -167,7 +175,8 @@ class Store:
         try:
             with explained(path):
                 _check_schema(path, connection)
-            yield cls(path, connection)
+                store = cls(path, connection)
+            yield store
         finally:
             connection.close()
 
@@ -201,22 +210,37 @@ class Store:
 
     def finish(self, output: str, *, counts: Mapping[RayStatus, int], seconds: tuple[float, float, float],
                stamp: Stamp, device: str, kernel: str, checks: Mapping[str, Any] | None = None,
-               achieved: Mapping[str, Any] | None = None) -> None:  # fmt: skip
-        """Note that an output was made; `seconds` are those of its trace, paint and write."""
+               achieved: Mapping[str, Any] | None = None, spans: Mapping[Stage, float] | None = None,
+               ) -> None:  # fmt: skip
+        """Note that an output was made; `seconds` are those of its trace, paint and write, `spans` those by stage."""
         with self._transaction() as execute:
             execute.execute(
                 "UPDATE run SET state = 'done', counts = ?, trace_seconds = ?, paint_seconds = ?, write_seconds = ?, "
-                "size = ?, changed_ns = ?, digest = ?, device = ?, kernel = ?, checks = ?, achieved = ?, "
+                "size = ?, changed_ns = ?, digest = ?, device = ?, kernel = ?, checks = ?, achieved = ?, spans = ?, "
                 "error = NULL WHERE output = ?",
                 (_json({status.name.lower(): int(n) for status, n in counts.items()}), *seconds,
                  stamp.size, stamp.changed_ns, stamp.digest, device, kernel,
-                 None if checks is None else _json(checks), None if achieved is None else _json(achieved), output),
+                 *(None if each is None else _json(each) for each in (checks, achieved, spans)), output),
             )  # fmt: skip
 
     def fail(self, output: str, error: str) -> None:
         """Note why an output could not be made."""
         with self._transaction() as execute:
             execute.execute(_RESET, ("failed", error, output))
+
+    def check_in_place(self) -> None:
+        """Check that the file is still the one that was opened: SQLite goes on writing one that was removed.
+
+        Raises
+        ------
+        SweepError
+            If it is gone, or another one is in its place.
+        """
+        if _identity(self.path) != self._identity:
+            raise SweepError(
+                f"{self.path}: is gone, or was replaced; put its folder back and run the same command again, "
+                "which keeps what is still there"
+            )
 
     def about(self, name: str) -> Any:
         """Return what was noted of the sweep: "title", "axes", "program" or "study", a mark of the study's file."""
@@ -229,7 +253,8 @@ class Store:
         where = "position IS NOT NULL" if point is None else "position IS NOT NULL AND point = ?"
         with explained(self.path):
             found = self._connection.execute(
-                f"SELECT {_ROW_COLUMNS} FROM run WHERE {where} ORDER BY position", () if point is None else (point,)
+                f"SELECT {self._row_columns} FROM run WHERE {where} ORDER BY position",
+                () if point is None else (point,),
             )
             for record in found:
                 yield _row(*record)
@@ -237,7 +262,7 @@ class Store:
     def row(self, output: str) -> Row:
         """Return the row of one output."""
         with explained(self.path):
-            found = self._connection.execute(f"SELECT {_ROW_COLUMNS} FROM run WHERE output = ?", (output,))
+            found = self._connection.execute(f"SELECT {self._row_columns} FROM run WHERE output = ?", (output,))
             return _row(*found.fetchone())
 
     def outputs(self) -> list[str]:
@@ -266,7 +291,7 @@ class Store:
 
 def _row(output: str, point: int, parameters: str, picture: str, state: Any, counts: str | None,
          trace_seconds: float | None, paint_seconds: float | None, write_seconds: float | None,
-         error: str | None, checks: str | None, achieved: str | None) -> Row:  # fmt: skip
+         error: str | None, checks: str | None, achieved: str | None, spans: str | None) -> Row:  # fmt: skip
     return Row(
         output=output,
         index=point,
@@ -280,6 +305,7 @@ def _row(output: str, point: int, parameters: str, picture: str, state: Any, cou
         error=error,
         checks=None if checks is None else json.loads(checks),
         achieved=None if achieved is None else json.loads(achieved),
+        spans=None if spans is None else json.loads(spans),
     )
 
 
@@ -289,11 +315,33 @@ def _check_schema(path: Path, connection: sqlite3.Connection) -> None:
     if connection.execute("PRAGMA application_id").fetchone()[0] != _APPLICATION_ID:
         raise ForeignTableError(f"{path}: is another program's table; move it away, or choose another folder with -o")
     version = connection.execute("PRAGMA user_version").fetchone()[0]
-    if version != SCHEMA_VERSION:
+    if not 1 <= version <= SCHEMA_VERSION:
         raise SweepError(
-            f"{path}: has schema {version}, this program reads and writes schema {SCHEMA_VERSION}; "
-            "`--fresh` starts over, or choose another folder with -o"
+            f"{path}: has schema {version}, this program reads and writes schema {SCHEMA_VERSION}; `--fresh` starts "
+            "over, or use the program that wrote it, or choose another folder with -o"
         )
+
+
+def _migration(connection: sqlite3.Connection) -> str:
+    """Return the statements that bring a table up to this schema, to be run in one transaction."""
+    if connection.execute("PRAGMA user_version").fetchone()[0] == SCHEMA_VERSION:
+        return ""
+    there = _columns(connection)
+    added = "".join(f"ALTER TABLE run ADD COLUMN {name} TEXT; " for name in _ADDED if name not in there)
+    return f"{added}PRAGMA user_version = {SCHEMA_VERSION};"
+
+
+def _columns(connection: sqlite3.Connection) -> set[str]:
+    return {name for _, name, *_ in connection.execute("PRAGMA table_info(run)")}
+
+
+def _identity(path: Path) -> tuple[int, int] | None:
+    """Return what tells a file from another of the same name; None if there is none."""
+    try:
+        about = path.stat()
+    except OSError:
+        return None
+    return about.st_dev, about.st_ino
 
 
 def _is_empty(connection: sqlite3.Connection) -> bool:

@@ -19,29 +19,32 @@ from lenscl.sweep.lock import folder_lock
 IMAGES = 9 * 2  # points times pictures of the starter study as the fixture leaves it
 
 ENDLESS_WRITES = """
+import functools
 import sys
 import time
-import lenscl.sweep.runner as runner
-def write_image(*arguments, **options):
+import lenscl.sweep as sweeping
+def write(*arguments, **options):
     print("writing", file=sys.stderr, flush=True)
     while True:
         time.sleep(3600)
-runner.write_image = write_image
+sweeping.run_sweep = functools.partial(sweeping.run_sweep, steps=sweeping.Steps(write=write))
 """
 
 # All writes but the first ones wait until a file appears
 HELD_WRITES = """
+import functools
 import itertools
 import time
 from pathlib import Path
-import lenscl.sweep.runner as runner
-real, count = runner.write_image, itertools.count(1)
-def write_image(*arguments, **options):
+import lenscl.sweep as sweeping
+from lenscl.imaging import write_image
+count = itertools.count(1)
+def write(*arguments, **options):
     held = next(count) > {free}
     while held and not Path({gate!r}).exists():
         time.sleep(0.01)
-    real(*arguments, **options)
-runner.write_image = write_image
+    write_image(*arguments, **options)
+sweeping.run_sweep = functools.partial(sweeping.run_sweep, steps=sweeping.Steps(write=write))
 """
 
 DIE_AT_RENAME = """
@@ -192,7 +195,7 @@ def test_a_sweep_into_a_folder_where_one_is_at_work_is_refused(study_path: Path,
     assert finish(command("sweep", study_path, "-o", out)).returncode == 0
 
 
-def test_a_full_disk_is_named_and_making_room_lets_the_sweep_go_on(
+def test_a_full_disk_stops_the_sweep_and_making_room_lets_it_go_on(
     study_path: Path, command, finish, outputs, undisturbed: dict[str, bytes], small_disk: Callable[[int], Path]
 ) -> None:
     disk = small_disk(16 * 2**20)
@@ -200,11 +203,12 @@ def test_a_full_disk_is_named_and_making_room_lets_the_sweep_go_on(
     ballast = disk / "ballast"
     ballast.write_bytes(bytes(13 * 2**20))
     done = finish(command("sweep", study_path, "-o", out))
-    assert done.returncode == 3, done.stderr
+    assert done.returncode == 1, done.stderr
     assert "Traceback" not in done.stderr
-    assert f"{IMAGES} failed" in done.stderr
-    assert "make room on the disk" in done.stderr
+    assert "make room on the disk; what was made is noted: run the same command again to go on" in done.stderr
     assert outputs(out) == {}
+    states = [line["output"] for line in csv.DictReader(finish(command("export", out, "--csv")).stdout.splitlines())]
+    assert states == [""] * IMAGES  # none was tried in vain
 
     ballast.unlink()
     assert finish(command("sweep", study_path, "-o", out)).returncode == 0

@@ -13,6 +13,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ from lenscl import accuracy
 from lenscl.accuracy import Failure, SelfCheck
 from lenscl.errors import BuildError
 from lenscl.imaging import read_picture, write_image
-from lenscl.sweep import Store, runner
+from lenscl.sweep import Steps, Store, run_sweep
 from lenscl.tracing import RayMap
 
 AXES = ["lens.r", "lens.n"]
@@ -473,7 +474,7 @@ def test_warnings_of_a_sweep_name_point_and_pixel_and_are_few(
     lenscl, study_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     three = SelfCheck(rays=5, surfaces=9, failed=3, failures=(FAILURE,) * 3)
-    monkeypatch.setattr(runner, "check_map", lambda _: three)
+    monkeypatch.setattr("lenscl.sweep.run_sweep", partial(run_sweep, steps=Steps(check=lambda _: three)))
     result = lenscl("sweep", study_path, "-o", study_path.parent / "out")
     assert result.exit_code == 3
     assert "self-checks: 27 FAILED: 45 rays, 81 surfaces" in result.stderr
@@ -488,14 +489,14 @@ def test_a_sweep_with_failed_checks_marks_its_rows_and_says_so_again(
     lenscl, study_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also from a table of before causes were looked for; nothing is made anew for it."""
-    real = runner.check_map
+    real = accuracy.check_map
     calls = []
 
     def found(raymap: RayMap) -> SelfCheck:
         calls.append(raymap)
         return replace(real(raymap), failed=2, failures=(FAILURE,)) if len(calls) == 4 else real(raymap)
 
-    monkeypatch.setattr(runner, "check_map", found)
+    monkeypatch.setattr("lenscl.sweep.run_sweep", partial(run_sweep, steps=Steps(check=found)))
     out = study_path.parent / "out"
     first = lenscl("sweep", study_path, "-o", out)
     made = {path: path.stat().st_mtime_ns for path in out.iterdir() if path.suffix == ".png"}

@@ -14,14 +14,14 @@ import numpy as np
 import pytest
 from patience import PATIENCE
 
-from lenscl.accuracy import Failure, Planner, SelfCheck, planner
-from lenscl.config import load_study
+from lenscl.accuracy import Failure, Planner, SelfCheck, check_map
+from lenscl.config import Scene, load_study
 from lenscl.device import compile_count
-from lenscl.errors import TraceError
+from lenscl.errors import ImageError, TraceError
 from lenscl.imaging import read_picture, write_image
 from lenscl.imaging.encoding import encode
 from lenscl.status import RayStatus
-from lenscl.sweep import Row, Store, SweepError, csv_lines, plan_sweep, run_sweep, runner
+from lenscl.sweep import Row, Steps, Store, SweepError, csv_lines, paint_as_told, plan_sweep, run_sweep
 from lenscl.sweep.rows import COUNT_COLUMNS
 from lenscl.sweep.store import STORE_NAME
 from lenscl.tracing import RayMap
@@ -50,14 +50,15 @@ def test_every_point_and_picture_yields_an_image_and_a_row_in_work_order(study_p
     assert len(set(outputs(out).values())) == 12  # every lens and every picture looks different
 
 
-def test_a_sweep_over_numbers_builds_one_trace_program_and_traces_each_point_once(
-    study_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_sweep_over_numbers_builds_one_trace_program_and_traces_each_point_once(study_path: Path) -> None:
     traced = []
-    real = planner.trace
-    monkeypatch.setattr(planner, "trace", lambda scene, **options: traced.append(scene) or real(scene, **options))
+
+    def traces(planner: Planner, scene: Scene, **options: object) -> object:
+        traced.append(scene)
+        return planner.trace(scene, **options)
+
     before = compile_count()
-    sweep(study_path, study_path.parent / "out")
+    sweep(study_path, study_path.parent / "out", steps=Steps(trace=traces))
     assert compile_count() - before <= 1
     assert len(traced) == 4
 
@@ -84,12 +85,11 @@ def test_two_undisturbed_runs_give_equal_bytes(study_path: Path, outputs: Output
     assert len(a) == 12
 
 
-def test_a_second_run_makes_nothing_and_lists_the_same_rows(study_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_second_run_makes_nothing_and_lists_the_same_rows(study_path: Path) -> None:
     out = study_path.parent / "out"
     axes = load_study(study_path).axes
     first = list(csv_lines(sweep(study_path, out), axes))
-    monkeypatch.setattr(planner, "trace", lambda *_, **__: pytest.fail("nothing needs tracing"))
-    again = sweep(study_path, out)
+    again = sweep(study_path, out, steps=Steps(trace=lambda *_, **__: pytest.fail("nothing needs tracing")))
     assert list(csv_lines(again, axes)) == first
     assert all(row.kept for row in again)
 
@@ -167,34 +167,27 @@ def test_a_picture_that_changes_while_the_sweep_runs_fails_alone(study_path: Pat
     assert all(row.state == "done" for row in sweep(study_path, plan.out))
 
 
-def test_a_point_that_cannot_be_traced_fails_alone(study_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = planner.trace
-
-    def faulty(scene, **options):
+def test_a_point_that_cannot_be_traced_fails_alone(study_path: Path) -> None:
+    def faulty(planner, scene, **options):
         if scene.lenses[0].values["c"] == 0.6 and scene.lenses[0].n == 1.3:
             raise RuntimeError("the driver\nstumbled")
-        return real(scene, **options)
+        return planner.trace(scene, **options)
 
-    monkeypatch.setattr(planner, "trace", faulty)
-    rows = sweep(study_path, study_path.parent / "out")
+    rows = sweep(study_path, study_path.parent / "out", steps=Steps(trace=faulty))
     assert [row.index for row in rows if row.state == "failed"] == [2, 2, 2]  # nothing else is harmed
     assert rows[6].error == "RuntimeError: the driver stumbled"
-    monkeypatch.undo()
     assert [row.kept for row in sweep(study_path, study_path.parent / "out")] == [True] * 6 + [False] * 3 + [True] * 3
 
 
-def test_an_image_that_cannot_be_written_fails_alone(study_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = runner.write_image
-
+def test_an_image_that_cannot_be_written_fails_alone(study_path: Path) -> None:
     def faulty(path, *arguments, **options):
         if path.name.startswith("00001"):
-            raise OSError(28, "No space left on device")
-        real(path, *arguments, **options)
+            raise ImageError(f"{path}: does not read back")
+        write_image(path, *arguments, **options)
 
-    monkeypatch.setattr(runner, "write_image", faulty)
-    rows = sweep(study_path, study_path.parent / "out")
+    rows = sweep(study_path, study_path.parent / "out", steps=Steps(write=faulty))
     assert [row.index for row in rows if row.state == "failed"] == [1, 1, 1]
-    assert "No space left on device" in rows[3].error
+    assert rows[3].error.endswith("does not read back")
 
 
 def test_stopping_finishes_what_is_on_its_way_and_the_next_run_goes_on(study_path: Path, outputs: Outputs) -> None:
@@ -236,35 +229,33 @@ def test_giving_up_the_iteration_notes_what_was_on_its_way(study_path: Path, out
     assert noted
 
 
-def test_images_on_their_way_are_few_however_slow_the_disk(study_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_images_on_their_way_are_few_however_slow_the_disk(study_path: Path) -> None:
     """A write goes on when nothing more can be begun before it has ended."""
     begun, ended, most = [], [], []
     changed = threading.Condition()
-    real_paint, real_write = runner.paint_as_told, runner.write_image
+    most_on_their_way = 2 * 2
 
     def paints(*arguments):
         with changed:
             begun.append(1)
             most.append(len(begun) - len(ended))
             changed.notify_all()
-        return real_paint(*arguments)
+        return paint_as_told(*arguments)
 
     def all_is_begun() -> bool:
-        return len(begun) == 12 or len(begun) - len(ended) > runner._IN_FLIGHT
+        return len(begun) == 12 or len(begun) - len(ended) > most_on_their_way
 
     def writes(*arguments, **options):
         with changed:
             assert changed.wait_for(all_is_begun, PATIENCE)
-        real_write(*arguments, **options)
+        write_image(*arguments, **options)
         with changed:
             ended.append(1)
             changed.notify_all()
 
-    monkeypatch.setattr(runner, "paint_as_told", paints)
-    monkeypatch.setattr(runner, "write_image", writes)
-    rows = sweep(study_path, study_path.parent / "out")
+    rows = sweep(study_path, study_path.parent / "out", steps=Steps(paint=paints, write=writes), encoders=2)
     assert [row.state for row in rows] == ["done"] * len(begun) == ["done"] * 12
-    assert max(most) == runner._IN_FLIGHT + 1 < 12
+    assert max(most) == most_on_their_way + 1 < 12
 
 
 def test_a_second_sweep_into_the_same_folder_is_refused_and_does_no_harm(study_path: Path, outputs: Outputs) -> None:
@@ -376,30 +367,29 @@ def test_another_studys_images_are_not_replaced_unasked(study_path: Path, output
     assert not any(row.kept for row in sweep(other, out, fresh=True))
 
 
-def test_each_point_is_checked_once_and_every_row_of_it_keeps_what_was_found(
-    study_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_each_point_is_checked_once_and_every_row_of_it_keeps_what_was_found(study_path: Path) -> None:
     checked = []
-    real = runner.check_map
-    monkeypatch.setattr(runner, "check_map", lambda raymap: checked.append(raymap) or real(raymap))
+
+    def checks(raymap: RayMap) -> SelfCheck:
+        checked.append(raymap)
+        return check_map(raymap)
+
     before = compile_count("check")
-    rows = sweep(study_path, study_path.parent / "out")
+    rows = sweep(study_path, study_path.parent / "out", steps=Steps(check=checks))
     assert len(checked) == 4
     assert compile_count("check") - before <= 1
     for row in rows:
         found = SelfCheck.from_json(row.checks)
         assert (found.failed, found.error) == (0, None)
         assert found.returned == found.surfaces >= 20
-        assert found.as_json() == real(checked[row.index]).as_json()
+        assert found.as_json() == check_map(checked[row.index]).as_json()
     kept = sweep(study_path, study_path.parent / "out")
     assert [row.checks for row in kept] == [row.checks for row in rows]
     assert "checks" not in next(csv_lines(rows, ["lens.c", "lens.n"]))  # the table's columns are a contract
 
 
 @pytest.mark.parametrize("error", [TraceError("the device went away"), ZeroDivisionError("a bug")])
-def test_checks_that_fail_or_break_off_fail_no_row(
-    error: Exception, study_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_checks_that_fail_or_break_off_fail_no_row(error: Exception, study_path: Path) -> None:
     failure = Failure(row=1, column=2, event=1, law="snell", residual=1.0, bound=0.1)
 
     def found(raymap: RayMap) -> SelfCheck:
@@ -407,8 +397,7 @@ def test_checks_that_fail_or_break_off_fail_no_row(
             raise error
         return SelfCheck(rays=1, surfaces=2, failed=1, failures=(failure,))
 
-    monkeypatch.setattr(runner, "check_map", found)
-    rows = sweep(study_path, study_path.parent / "out")
+    rows = sweep(study_path, study_path.parent / "out", steps=Steps(check=found))
     assert {row.state for row in rows} == {"done"}
     assert [row.checks["failed"] for row in rows] == [0, 0, 0, 1, 1, 1] * 2
     assert str(error) in rows[0].checks["error"]
