@@ -215,10 +215,11 @@ class _Making:
         try:
             return self._begin(image, clock)
         except Exception as error:
-            if means_lost(error):
-                self._reopen_device(error)  # this point loses it, and the others may not
-                self._traced = f"the device was lost twice at this point: {reason(error)}"
-            return self._failed(image, error)
+            if not means_lost(error):
+                return self._failed(image, error)
+            self._reopen_device(error)  # this point loses it, and the others may not
+            self._traced = f"the device was lost twice at this point: {reason(error)}"
+            return failed(image.output, self._traced)
 
     def _begin(self, image: ImageWork, clock: Clock) -> OnItsWay:
         tools, image_format = self._tools, self._work.format
