@@ -20,7 +20,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from lenscl.status import RayStatus
 from lenscl.sweep.errors import ForeignTableError, SweepError, explained
@@ -118,10 +118,19 @@ class Stamp:
 
 
 class Store:
-    """An open table; use it from one thread."""
+    """An open table; use it from one thread.
+
+    Attributes
+    ----------
+    path : Path
+    plan_statement : str
+        SQL that writes a line of the work list down, and decides what is kept of the run that stood there.
+    """
+
+    plan_statement: ClassVar[str] = _PLAN
 
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
-        self.path, self._connection = path, connection
+        self.path, self.connection = path, connection
         self._identity = _identity(path)
         there = _columns(connection)  # a table of an earlier schema that is only read has not got all of them
         self._row_columns = ", ".join(name if name in there else f"NULL AS {name}" for name in _ROW_COLUMNS)
@@ -182,10 +191,10 @@ class Store:
 
     def plan(self, runs: Iterable[Planned], about: Mapping[str, Any]) -> None:
         """Write the whole work list down, in one transaction: what is still valid stays done, all else is pending."""
-        with self._transaction() as execute:
+        with self.transaction() as execute:
             execute.execute("UPDATE run SET position = NULL")
             execute.executemany(
-                _PLAN, ((r.output, r.position, r.point, _json(r.values), r.picture, r.key) for r in runs)
+                self.plan_statement, ((r.output, r.position, r.point, _json(r.values), r.picture, r.key) for r in runs)
             )
             execute.executemany(
                 "INSERT OR REPLACE INTO about VALUES (?, ?)", ((name, _json(value)) for name, value in about.items())
@@ -201,7 +210,7 @@ class Store:
         """Return the first output that is done, still there, and would be made anew under another key."""
         with explained(self.path):
             for run in runs:
-                found = self._connection.execute(
+                found = self.connection.execute(
                     "SELECT 1 FROM run WHERE output = ? AND key <> ? AND state = 'done'", (run.output, run.key)
                 )
                 if found.fetchone() is not None and (self.path.parent / run.output).exists():
@@ -213,7 +222,7 @@ class Store:
                achieved: Mapping[str, Any] | None = None, spans: Mapping[Stage, float] | None = None,
                ) -> None:  # fmt: skip
         """Note that an output was made; `seconds` are those of its trace, paint and write, `spans` those by stage."""
-        with self._transaction() as execute:
+        with self.transaction() as execute:
             execute.execute(
                 "UPDATE run SET state = 'done', counts = ?, trace_seconds = ?, paint_seconds = ?, write_seconds = ?, "
                 "size = ?, changed_ns = ?, digest = ?, device = ?, kernel = ?, checks = ?, achieved = ?, spans = ?, "
@@ -225,7 +234,7 @@ class Store:
 
     def fail(self, output: str, error: str) -> None:
         """Note why an output could not be made."""
-        with self._transaction() as execute:
+        with self.transaction() as execute:
             execute.execute(_RESET, ("failed", error, output))
 
     def check_in_place(self) -> None:
@@ -245,14 +254,14 @@ class Store:
     def about(self, name: str) -> Any:
         """Return what was noted of the sweep: "title", "axes", "program" or "study", a mark of the study's file."""
         with explained(self.path):
-            found = self._connection.execute("SELECT value FROM about WHERE name = ?", (name,)).fetchone()
+            found = self.connection.execute("SELECT value FROM about WHERE name = ?", (name,)).fetchone()
         return None if found is None else json.loads(found[0])
 
     def rows(self, point: int | None = None) -> Iterator[Row]:
         """Yield the rows of the work list in its order, or those of one point."""
         where = "position IS NOT NULL" if point is None else "position IS NOT NULL AND point = ?"
         with explained(self.path):
-            found = self._connection.execute(
+            found = self.connection.execute(
                 f"SELECT {self._row_columns} FROM run WHERE {where} ORDER BY position",
                 () if point is None else (point,),
             )
@@ -262,30 +271,31 @@ class Store:
     def row(self, output: str) -> Row:
         """Return the row of one output."""
         with explained(self.path):
-            found = self._connection.execute(f"SELECT {self._row_columns} FROM run WHERE output = ?", (output,))
+            found = self.connection.execute(f"SELECT {self._row_columns} FROM run WHERE output = ?", (output,))
             return _row(*found.fetchone())
 
     def outputs(self) -> list[str]:
         """Return the name of every output ever planned here, those of earlier forms of the study included."""
         with explained(self.path):
-            return [output for (output,) in self._connection.execute("SELECT output FROM run")]
+            return [output for (output,) in self.connection.execute("SELECT output FROM run")]
 
     def left_over(self) -> int:
         """Return how many outputs of earlier forms of the study lie in the folder."""
         with explained(self.path):
-            found = self._connection.execute("SELECT output FROM run WHERE position IS NULL AND state = 'done'")
+            found = self.connection.execute("SELECT output FROM run WHERE position IS NULL AND state = 'done'")
             return sum((self.path.parent / output).exists() for (output,) in found)
 
     @contextmanager
-    def _transaction(self) -> Iterator[sqlite3.Connection]:
+    def transaction(self) -> Iterator[sqlite3.Connection]:
+        """Give the connection for statements that are all carried out, or none of them."""
         with explained(self.path):
-            self._connection.execute("BEGIN IMMEDIATE")
+            self.connection.execute("BEGIN IMMEDIATE")
             try:
-                yield self._connection
-                self._connection.execute("COMMIT")
+                yield self.connection
+                self.connection.execute("COMMIT")
             except BaseException:
-                if self._connection.in_transaction:  # SQLite itself rolls back on some errors
-                    self._connection.execute("ROLLBACK")
+                if self.connection.in_transaction:  # SQLite itself rolls back on some errors
+                    self.connection.execute("ROLLBACK")
                 raise
 
 

@@ -16,18 +16,12 @@ def test_a_drivers_report_of_a_lost_device_is_known_through_what_it_caused(code:
     assert driver_error(code).code == code
     assert means_lost(driver_error(code))
     assert means_lost(trace_error(code))
-    with pytest.raises(TraceError) as caught:
-        try:
-            raise trace_error(code)
-        except TraceError as error:
-            raise TraceError("told once more") from error
-    assert means_lost(caught.value)
-    with pytest.raises(ValueError, match="on the way") as caught_in_passing:
-        try:
-            raise driver_error(code)
-        finally:
-            raise ValueError("on the way")
-    assert means_lost(caught_in_passing.value)
+    told = TraceError("told once more")
+    told.__cause__ = trace_error(code)
+    assert means_lost(told)
+    in_passing = ValueError("on the way")
+    in_passing.__context__ = driver_error(code)
+    assert means_lost(in_passing)
 
 
 def test_other_errors_are_not_taken_for_a_lost_device() -> None:

@@ -8,6 +8,7 @@ import re
 import sqlite3
 import threading
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ from lenscl.errors import ImageError, TraceError
 from lenscl.imaging import read_picture, write_image
 from lenscl.imaging.encoding import encode
 from lenscl.status import RayStatus
-from lenscl.sweep import Row, Steps, Store, SweepError, csv_lines, paint_as_told, plan_sweep, run_sweep
+from lenscl.sweep import Row, Steps, Store, SweepError, csv_lines, paint_as_told, plan_sweep, run_sweep, total
 from lenscl.sweep.rows import COUNT_COLUMNS
 from lenscl.sweep.store import STORE_NAME
 from lenscl.tracing import RayMap
@@ -404,6 +405,25 @@ def test_checks_that_fail_or_break_off_fail_no_row(error: Exception, study_path:
     assert SelfCheck.from_json(rows[3].checks).failures == (failure,)
 
 
+def test_rows_keep_seconds_by_stage_and_their_sum_counts_no_work_twice(study_path: Path) -> None:
+    out = study_path.parent / "out"
+    rows = sweep(study_path, out)
+    for number, row in enumerate(rows):
+        assert row.spans is not None
+        assert ("trace" in row.spans) == ("check" in row.spans) == (number % 3 == 0)  # what a point's images share
+        assert {"paint", "encode", "digest", "wait"} <= set(row.spans)
+        assert ("commit" in row.spans) == (number > 0)  # each tells of the one before
+        assert (row.paint_seconds, row.write_seconds) == (row.spans["paint"], row.spans["encode"])
+    assert sum("decode" in row.spans for row in rows) == 3  # each picture once
+    spent = total(row.spans for row in rows)
+    assert spent["trace"] >= sum(row.trace_seconds for row in rows[::3])
+    with closing(sqlite3.connect(out / STORE_NAME)) as table:
+        noted = [json.loads(spans) for (spans,) in table.execute("SELECT spans FROM run ORDER BY position")]
+    assert noted == [row.spans for row in rows]
+    assert [row.spans for row in sweep(study_path, out)] == noted  # kept with the row
+    assert next(csv_lines(rows, ["lens.c"])).endswith("seconds,output,error")  # the table's columns are a contract
+
+
 def accurate(study_path: Path, wish: str) -> Path:
     """Let a study ask for an accuracy."""
     text = study_path.read_text()
@@ -416,6 +436,7 @@ def test_a_study_that_asks_for_an_accuracy_says_what_it_achieved(study_path: Pat
     path = accurate(study_path, "1e-5 px")
     rows = sweep(path, path.parent / "out")
     assert {row.state for row in rows} == {"done"}
+    assert all("plan" in row.spans for row in rows[::3])
     for row in rows:
         assert row.achieved is not None
         assert row.achieved["error"] <= 1e-5

@@ -1,9 +1,13 @@
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import sqlite3
+import subprocess
+import sys
 from collections.abc import Iterable
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -180,12 +184,140 @@ def test_a_table_of_another_schema_is_refused_with_both_numbers(tmp_path: Path) 
         pass
 
 
+# Tables as earlier programs made them: schema 1, schema 2 as it was first, and schema 2
+FIRST = """
+CREATE TABLE about (name TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE run (
+    output TEXT PRIMARY KEY, position INTEGER UNIQUE, point INTEGER NOT NULL, parameters TEXT NOT NULL,
+    picture TEXT NOT NULL, key TEXT NOT NULL, state TEXT NOT NULL CHECK (state IN ('pending', 'done', 'failed')),
+    counts TEXT, trace_seconds REAL, paint_seconds REAL, write_seconds REAL,
+    size INTEGER, changed_ns INTEGER, digest TEXT, device TEXT, kernel TEXT, error TEXT{further}
+);
+CREATE INDEX run_of_point ON run (point, position);
+PRAGMA application_id = 1818586739;
+PRAGMA user_version = {version};
+"""
+EARLIER = {
+    "1": FIRST.format(further="", version=1),
+    "2 without achieved": FIRST.format(further=", checks TEXT", version=2),
+    "2": FIRST.format(further=", checks TEXT, achieved TEXT", version=2),
+}
+
+
+def earlier_table(folder: Path, schema: str, runs: list[Planned]) -> None:
+    """Make a table as an earlier program left it: all runs done but the last, which failed."""
+    with closing(sqlite3.connect(folder / STORE_NAME)) as table:
+        table.executescript(EARLIER[schema])
+        for run in runs:
+            path = folder / run.output
+            path.write_bytes(run.output.encode())
+            stamp, counts = Stamp.of(path), {status.name.lower(): n for status, n in COUNTS.items()}
+            state, error = ("failed", "no such thing") if run is runs[-1] else ("done", None)
+            table.execute(
+                "INSERT INTO run (output, position, point, parameters, picture, key, state, counts, trace_seconds, "
+                "paint_seconds, write_seconds, size, changed_ns, digest, device, kernel, error) "
+                "VALUES (?, ?, ?, ?, ?, ?, ?, ?, 1.0, 2.0, 4.0, ?, ?, ?, 'd', 'k', ?)",
+                (run.output, run.position, run.point, json.dumps(run.values), run.picture, run.key, state,
+                 json.dumps(counts), stamp.size, stamp.changed_ns, stamp.digest, error),
+            )  # fmt: skip
+        table.execute("""INSERT INTO about VALUES ('axes', '["lens.R","lens.r"]')""")
+        table.commit()
+
+
+def version_of(folder: Path) -> int:
+    with closing(sqlite3.connect(folder / STORE_NAME)) as table:
+        return int(table.execute("PRAGMA user_version").fetchone()[0])
+
+
+@pytest.mark.parametrize("schema", EARLIER)
+def test_a_study_begun_with_an_earlier_schema_goes_on(tmp_path: Path, schema: str) -> None:
+    runs = planned(0, 1, 2)
+    earlier_table(tmp_path, schema, runs)
+    assert states(tmp_path, runs) == ["done", "done", "pending"]
+    assert version_of(tmp_path) == SCHEMA_VERSION
+    with Store.writing(tmp_path) as store:
+        (tmp_path / "2-cat.png").write_bytes(b"made")
+        stamp = Stamp.of(tmp_path / "2-cat.png")
+        store.finish("2-cat.png", counts=COUNTS, seconds=(1.0, 2.0, 4.0), stamp=stamp, device="d", kernel="k",
+                     checks={"rays": 3}, achieved={"error": 0.5}, spans={"trace": 1.5})  # fmt: skip
+        rows = list(store.rows())
+    assert [row.counts for row in rows] == [COUNTS] * 3
+    assert [row.seconds for row in rows] == [7.0] * 3
+    assert [row.spans for row in rows] == [None, None, {"trace": 1.5}]
+    assert [row.checks for row in rows] == [None, None, {"rays": 3}]
+    assert [row.achieved for row in rows] == [None, None, {"error": 0.5}]
+    fresh = tmp_path / "fresh"
+    fresh.mkdir()
+    carry_out(fresh, runs)
+    assert columns_of(tmp_path) == columns_of(fresh)
+
+
+def columns_of(folder: Path) -> set[str]:
+    with closing(sqlite3.connect(folder / STORE_NAME)) as table:
+        return {name for _, name, *_ in table.execute("PRAGMA table_info(run)")}
+
+
+@pytest.mark.parametrize("schema", EARLIER)
+def test_a_table_of_an_earlier_schema_is_read_as_it_is(tmp_path: Path, schema: str) -> None:
+    earlier_table(tmp_path, schema, planned(0, 1))
+    before = (tmp_path / STORE_NAME).read_bytes()
+    with Store.reading(tmp_path) as store:
+        rows = list(store.rows())
+        assert store.row("1-cat.png") == rows[1]
+    assert [(row.state, row.error) for row in rows] == [("done", None), ("failed", "no such thing")]
+    assert [(row.checks, row.achieved, row.spans) for row in rows] == [(None, None, None)] * 2
+    assert (tmp_path / STORE_NAME).read_bytes() == before
+
+
+def test_a_table_that_cannot_be_brought_up_stays_as_it_was(tmp_path: Path) -> None:
+    earlier_table(tmp_path, "1", planned(0, 1))
+    with closing(sqlite3.connect(tmp_path / STORE_NAME)) as reader:
+        reader.execute("BEGIN EXCLUSIVE")
+        with pytest.raises(SweepError, match="in use by another program"), Store.writing(tmp_path):
+            pass
+    assert version_of(tmp_path) == 1
+    assert columns_of(tmp_path).isdisjoint({"checks", "achieved", "spans"})
+    assert states(tmp_path, planned(0, 1)) == ["done", "pending"]
+
+
+def test_a_process_killed_while_it_brings_a_table_up_leaves_the_old_one(tmp_path: Path) -> None:
+    earlier_table(tmp_path, "1", planned(0, 1))
+    text = (
+        "import os, sqlite3, sys; from pathlib import Path; from lenscl.sweep import Store; real = sqlite3.connect\n"
+        "class Dies(sqlite3.Connection):\n"
+        "    def executescript(self, script):\n"
+        "        self.execute('BEGIN')\n"
+        "        for one in script.split(';')[1:3]: self.execute(one)\n"
+        "        os._exit(9)\n"
+        "sqlite3.connect = lambda *a, **k: real(*a, factory=Dies, **k)\n"
+        "with Store.writing(Path(sys.argv[1])): pass\n"
+    )
+    done = subprocess.run([sys.executable, "-c", text, tmp_path], capture_output=True, text=True)
+    assert done.returncode == 9, done.stderr
+    assert version_of(tmp_path) == 1
+    assert columns_of(tmp_path).isdisjoint({"checks", "achieved", "spans"})
+    assert states(tmp_path, planned(0, 1)) == ["done", "pending"]
+    assert version_of(tmp_path) == SCHEMA_VERSION
+
+
+def test_a_table_that_is_gone_or_replaced_is_known_by_its_file(tmp_path: Path) -> None:
+    carry_out(tmp_path, planned(0))
+    with Store.writing(tmp_path) as store:
+        store.check_in_place()
+        (tmp_path / STORE_NAME).rename(tmp_path / "elsewhere")
+        with pytest.raises(SweepError, match="is gone, or was replaced"):
+            store.check_in_place()
+        shutil.copyfile(tmp_path / "elsewhere", tmp_path / STORE_NAME)
+        with pytest.raises(SweepError, match="is gone, or was replaced"):
+            store.check_in_place()
+
+
 def test_a_full_disk_is_named_and_what_was_noted_before_stays(tmp_path: Path) -> None:
     carry_out(tmp_path, planned(0))
     with Store.writing(tmp_path) as store:
         # SQLite's own limit raises the very error of a full disk
-        pages = store._connection.execute("PRAGMA page_count").fetchone()[0]
-        store._connection.execute(f"PRAGMA max_page_count = {pages}")
+        pages = store.connection.execute("PRAGMA page_count").fetchone()[0]
+        store.connection.execute(f"PRAGMA max_page_count = {pages}")
         with pytest.raises(SweepError, match="the disk is full; free some space and run the same command again"):
             store.plan(planned(*range(1000)), ABOUT)
         assert [row.state for row in store.rows()] == ["done"]

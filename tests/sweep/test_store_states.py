@@ -11,7 +11,7 @@ import shutil
 import sqlite3
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -30,7 +30,6 @@ from hypothesis.stateful import (
 )
 
 from lenscl.status import RayStatus
-from lenscl.sweep import store as module
 from lenscl.sweep.cleaning import clear_folder, remove_leftovers
 from lenscl.sweep.errors import SweepError
 from lenscl.sweep.lock import folder_lock
@@ -97,6 +96,7 @@ class Sweeping(RuleBasedStateMachine):
     """One folder, sweep after sweep in it, each as `lenscl.sweep.runner` goes about it."""
 
     seen: ClassVar[Counter[str]] = Counter()  # what happened, in all courses
+    store_type: ClassVar[type[Store]] = Store
 
     def __init__(self) -> None:
         super().__init__()
@@ -133,7 +133,7 @@ class Sweeping(RuleBasedStateMachine):
         if fresh:
             clear_folder(self.folder)
             self.model = Model()
-        self.store = self.process.enter_context(Store.writing(self.folder))
+        self.store = self.process.enter_context(self.store_type.writing(self.folder))
 
     def leave(self) -> None:
         self.store = None
@@ -299,7 +299,6 @@ class Sweeping(RuleBasedStateMachine):
 
 
 COURSES = settings(max_examples=40, stateful_step_count=30, deadline=None)
-Breaks = Callable[[pytest.MonkeyPatch], None]
 
 
 def test_nothing_is_lost_and_nothing_made_twice_whatever_happens_to_a_sweep() -> None:
@@ -310,73 +309,75 @@ def test_nothing_is_lost_and_nothing_made_twice_whatever_happens_to_a_sweep() ->
         assert Sweeping.seen[what] >= 3, what  # 7 and more in 10 runs with draws of their own
 
 
-def forgets_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "_PLAN", module._PLAN.replace(module._IS_KEPT, "run.state = 'done'"))
+class ForgetsTheKey(Store):
+    plan_statement = Store.plan_statement.replace("run.key = excluded.key AND run.state = 'done'", "run.state = 'done'")
 
 
-def forgets_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "_PLAN", module._PLAN.replace(module._IS_KEPT, "run.state = 'failed'"))
+class ForgetsWhatIsDone(Store):
+    plan_statement = Store.plan_statement.replace("run.state = 'done'", "run.state = 'failed'")
 
 
-def keeps_no_counts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "_PLAN", module._PLAN.replace("counts = CASE", "counts = CASE WHEN 1 THEN NULL"))
+class KeepsNoCounts(Store):
+    plan_statement = Store.plan_statement.replace("counts = CASE", "counts = CASE WHEN 1 THEN NULL")
 
 
-def keeps_old_places(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "_PLAN", module._PLAN.replace("position = excluded.position", "position = NULL"))
+class KeepsOldPlaces(Store):
+    plan_statement = Store.plan_statement.replace("position = excluded.position", "position = NULL")
 
 
-def trusts_every_file(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Stamp, "matches", lambda stamp, path: True)
+class TrustsEveryFile(Store):
+    def plan(self, runs: Iterable[Planned], about: Mapping[str, Any]) -> None:
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(Stamp, "matches", lambda stamp, path: True)
+            super().plan(runs, about)
 
 
-def looks_at_sizes_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Stamp, "matches", lambda stamp, path: path.exists() and path.stat().st_size == stamp.size)
+class LooksAtSizesAlone(Store):
+    def plan(self, runs: Iterable[Planned], about: Mapping[str, Any]) -> None:
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(Stamp, "matches", lambda stamp, path: path.exists() and path.stat().st_size == stamp.size)
+            super().plan(runs, about)
 
 
-def notes_no_failure(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Store, "fail", lambda store, output, error: None)
+class NotesNoFailure(Store):
+    def fail(self, output: str, error: str) -> None:
+        pass
 
 
-def plans_piece_by_piece(monkeypatch: pytest.MonkeyPatch) -> None:
+class PlansPieceByPiece(Store):
     """Each line of a work list is committed as it comes, so that one that breaks off leaves half of it."""
 
     @contextmanager
-    def at_once(store: Store) -> Iterator[sqlite3.Connection]:
-        yield store._connection
-
-    monkeypatch.setattr(Store, "_transaction", at_once)
+    def transaction(self) -> Iterator[sqlite3.Connection]:
+        yield self.connection
 
 
-def commits_when_it_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+class CommitsWhenItIsClosed(Store):
     """What a process noted is on disk when it ends well, and lost when it is killed."""
 
     @contextmanager
-    def at_last(store: Store) -> Iterator[sqlite3.Connection]:
-        if not store._connection.in_transaction:
-            store._connection.execute("BEGIN IMMEDIATE")
-        yield store._connection
-
-    monkeypatch.setattr(Store, "_transaction", at_last)
+    def transaction(self) -> Iterator[sqlite3.Connection]:
+        if not self.connection.in_transaction:
+            self.connection.execute("BEGIN IMMEDIATE")
+        yield self.connection
 
 
-@pytest.mark.parametrize(
-    "breaks",
-    [
-        forgets_the_key,
-        forgets_what_is_done,
-        keeps_no_counts,
-        keeps_old_places,
-        trusts_every_file,
-        looks_at_sizes_alone,
-        notes_no_failure,
-        plans_piece_by_piece,
-        commits_when_it_is_closed,
-    ],
-    ids=lambda each: each.__name__,
-)
-def test_a_broken_store_is_caught(breaks: Breaks, monkeypatch: pytest.MonkeyPatch) -> None:
-    breaks(monkeypatch)
+BROKEN = (
+    ForgetsTheKey, ForgetsWhatIsDone, KeepsNoCounts, KeepsOldPlaces, TrustsEveryFile, LooksAtSizesAlone, NotesNoFailure,
+    PlansPieceByPiece, CommitsWhenItIsClosed,
+)  # fmt: skip
+
+
+def test_every_broken_statement_differs_from_the_right_one() -> None:
+    statements = [each.plan_statement for each in BROKEN[:4]]
+    assert len({Store.plan_statement, *statements}) == 5
+
+
+@pytest.mark.parametrize("broken", BROKEN, ids=lambda each: each.__name__)
+def test_a_broken_store_is_caught(broken: type[Store]) -> None:
+    class SweepingWithIt(Sweeping):
+        store_type = broken
+
     found = settings(COURSES, max_examples=400, phases=[Phase.generate], report_multiple_bugs=False)
     with pytest.raises((AssertionError, sqlite3.Error, SweepError)):
-        run_state_machine_as_test(Sweeping, settings=found)
+        run_state_machine_as_test(SweepingWithIt, settings=found)
