@@ -45,6 +45,9 @@ def sweep(study_path: Path, out: Path | None, dry_run: bool, fresh: bool, overri
     point that fails does so alone, and the command then ends with exit code 3. So it does where self-checks of a
     point's rays failed: its images are made and kept, and their rows say so under `error`, in later runs as well.
 
+    What no image could be made without (a device, room on the disk, the folder) ends the sweep with exit code 1, or 4
+    for the device; what was made is noted, and the same command goes on from there.
+
     \b
     Example:
       lenscl sweep configs/torus.toml

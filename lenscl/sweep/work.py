@@ -218,7 +218,7 @@ class _Making:
             if not means_lost(error):
                 return self._failed(image, error)
             self._reopen_device(error)  # this point loses it, and the others may not
-            self._traced = f"the device was lost twice at this point: {reason(error)}"
+            self._traced = f"{reason(error)} (tried twice, the second time with the device opened anew)"
             return failed(image.output, self._traced)
 
     def _begin(self, image: ImageWork, clock: Clock) -> OnItsWay:

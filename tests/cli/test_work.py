@@ -47,6 +47,7 @@ def test_a_sweep_prints_a_row_for_each_image_and_exports_the_same(lenscl, study_
         counts = [int(row[name]) for name in list(row)[4:11]]
         assert sum(counts) == 32 * 20
         assert float(row["seconds"]) > 0
+    assert re.search(r"^stages: .*\btrace \d+ %.*, .* of \d+\.\d s in all threads$", result.stderr, re.MULTILINE)
     assert lenscl("export", out, "--csv").stdout == result.stdout
     assert lenscl("export", out, "--csv", study_path.parent / "table.csv").stdout == ""
     assert (study_path.parent / "table.csv").read_text() == result.stdout

@@ -269,17 +269,6 @@ def test_a_table_of_an_earlier_schema_is_read_as_it_is(tmp_path: Path, schema: s
     assert (tmp_path / STORE_NAME).read_bytes() == before
 
 
-def test_a_table_that_cannot_be_brought_up_stays_as_it_was(tmp_path: Path) -> None:
-    earlier_table(tmp_path, "1", planned(0, 1))
-    with closing(sqlite3.connect(tmp_path / STORE_NAME)) as reader:
-        reader.execute("BEGIN EXCLUSIVE")
-        with pytest.raises(SweepError, match="in use by another program"), Store.writing(tmp_path):
-            pass
-    assert version_of(tmp_path) == 1
-    assert columns_of(tmp_path).isdisjoint({"checks", "achieved", "spans"})
-    assert states(tmp_path, planned(0, 1)) == ["done", "pending"]
-
-
 def test_a_process_killed_while_it_brings_a_table_up_leaves_the_old_one(tmp_path: Path) -> None:
     earlier_table(tmp_path, "1", planned(0, 1))
     text = (
