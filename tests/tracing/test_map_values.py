@@ -132,7 +132,9 @@ def test_what_is_not_a_number_is_equal_to_itself_and_precision_counts() -> None:
     raymap = lenscl.trace(scene_with("plain"))
     unknown = replace(raymap, st=np.full_like(raymap.st, np.nan))
     assert unknown == again(unknown)
-    assert raymap != replace(raymap, st=raymap.st.astype(np.float32))
+    zero = np.zeros_like(raymap.st)
+    assert replace(raymap, st=zero) == replace(raymap, st=zero.copy())
+    assert replace(raymap, st=zero) != replace(raymap, st=zero.astype(np.float32))
 
 
 def test_a_map_from_elsewhere_is_read_without_a_driver_and_painted_on_a_device_of_here() -> None:
