@@ -141,7 +141,7 @@ def _run(plan: SweepPlan, fresh: bool) -> None:
     from lenscl.cli.findings import PointFindings
     from lenscl.cli.interrupt import Interrupt
     from lenscl.cli.progress import Progress
-    from lenscl.sweep import Store, cells, csv_line, header, run_sweep, shown_scenes, total
+    from lenscl.sweep import Store, cells, csv_line, header, run_sweep, shown_scenes, total_spans
 
     click.echo(_size(plan), err=True)
     tell_stretched(shown_scenes(plan.study), plan.study.images)
@@ -167,7 +167,7 @@ def _run(plan: SweepPlan, fresh: bool) -> None:
                 kept += 1
             else:
                 made += 1
-                spans = total([spans, row.spans or {}])
+                spans = total_spans([spans, row.spans or {}])
     missing = plan.run_count - made - kept - len(failed)
     click.echo(f"{made} made, {kept} kept, {len(failed)} failed, {missing} left; {progress.summary()}", err=True)
     if spans:

@@ -11,16 +11,17 @@ from __future__ import annotations
 
 from lenscl.sweep.errors import SweepError
 from lenscl.sweep.hardspots import HardSpot, hard_spots, study_hard_spots
+from lenscl.sweep.making import make_point
 from lenscl.sweep.painting import paint_as_told, refused_format
 from lenscl.sweep.pictures import SourcePicture
 from lenscl.sweep.plan import SweepPlan, plan_sweep
 from lenscl.sweep.rows import Row, cells, csv_line, csv_lines, header
 from lenscl.sweep.runner import run_sweep
-from lenscl.sweep.spans import Stage, total
+from lenscl.sweep.spans import Stage, total_spans
 from lenscl.sweep.store import Store
 from lenscl.sweep.stretch import shown_scenes, stretch_notes
 from lenscl.sweep.tools import Steps, Tools
-from lenscl.sweep.work import ImageResult, ImageWork, MapSummary, PointResult, PointWork, make_point
+from lenscl.sweep.work import ImageResult, ImageWork, MapSummary, PointResult, PointWork
 
 __all__ = [
     "HardSpot",
@@ -50,5 +51,5 @@ __all__ = [
     "shown_scenes",
     "stretch_notes",
     "study_hard_spots",
-    "total",
+    "total_spans",
 ]

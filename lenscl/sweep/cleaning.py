@@ -6,7 +6,8 @@ import re
 from pathlib import Path
 
 from lenscl.sweep.errors import ForeignTableError, SweepError
-from lenscl.sweep.store import STORE_NAME, Store
+from lenscl.sweep.schema import STORE_NAME
+from lenscl.sweep.store import Store
 
 # What `lenscl.imaging` calls an image until it is whole: .<index>-<picture>.<12 hex digits>.tmp.<ext>
 _TEMPORARY = re.compile(r"\.\d{5,}-.*\.[0-9a-f]{12}\.tmp\.\w+", re.DOTALL)

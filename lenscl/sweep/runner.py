@@ -1,7 +1,7 @@
 """Carry a plan out: schedule its units of work, note what comes of them in the table, yield the rows in work order.
 
     reader thread      this thread                                 writer's threads
-    next picture  ->   a point's images, one by one (work.py)  ->  encode, write, digest
+    next picture  ->   a point's images, one by one (making.py)  ->  encode, write, digest
                        note results in the table, in work order
 
 Memory is bounded: one ray map, the pictures kept by the reader, and as many painted images as the writer lets be on
@@ -24,12 +24,12 @@ from lenscl.errors import LensclError
 from lenscl.sweep.cleaning import clear_folder, remove_leftovers
 from lenscl.sweep.errors import SweepError, reason, stop_for
 from lenscl.sweep.lock import folder_lock
+from lenscl.sweep.making import OnItsWay, failed, images_of_point
 from lenscl.sweep.plan import SweepPlan
 from lenscl.sweep.rows import Row
-from lenscl.sweep.spans import Clock, total
+from lenscl.sweep.spans import Clock, total_spans
 from lenscl.sweep.store import Planned, Store
 from lenscl.sweep.tools import ENCODERS, Steps, Tools
-from lenscl.sweep.work import OnItsWay, failed, images_of_point
 
 _Item = TypeVar("_Item")
 
@@ -193,7 +193,7 @@ class _Runner:
                 kernel=traced.kernel,
                 checks=traced.checks.as_json(),
                 achieved=None if traced.achieved is None else traced.achieved.as_json(),
-                spans=total([made.spans, spent.seconds]),
+                spans=total_spans([made.spans, spent.seconds]),
             )
 
     def _note_what_is_whole(self) -> None:

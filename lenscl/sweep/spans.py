@@ -6,7 +6,7 @@
 >>> clock.add("encode", 0.25)
 >>> list(clock.seconds), clock.seconds["encode"]
 (['paint', 'encode'], 0.25)
->>> total([{"paint": 1.0}, {"paint": 0.5, "encode": 0.25}])
+>>> total_spans([{"paint": 1.0}, {"paint": 0.5, "encode": 0.25}])
 {'paint': 1.5, 'encode': 0.25}
 """
 
@@ -50,7 +50,7 @@ class Clock:
             self.add(stage, time.perf_counter() - start)
 
 
-def total(some: Iterable[Mapping[Stage, float]]) -> dict[Stage, float]:
+def total_spans(some: Iterable[Mapping[Stage, float]]) -> dict[Stage, float]:
     """Return the sum of several spans, stage by stage."""
     clock = Clock()
     for spans in some:

@@ -23,40 +23,10 @@ from pathlib import Path
 from typing import Any, ClassVar, Self
 
 from lenscl.status import RayStatus
-from lenscl.sweep.errors import ForeignTableError, SweepError, explained
+from lenscl.sweep.errors import SweepError, explained
 from lenscl.sweep.rows import Row
+from lenscl.sweep.schema import SCHEMA, STORE_NAME, check_schema, columns, is_empty, migration
 from lenscl.sweep.spans import Stage
-
-STORE_NAME = "sweep.sqlite"
-SCHEMA_VERSION = 3
-_APPLICATION_ID = 0x6C656E73  # "lens"
-
-_SCHEMA = f"""
-CREATE TABLE about (name TEXT PRIMARY KEY, value TEXT NOT NULL);  -- JSON: title, axes, program, study
-CREATE TABLE run (
-    output TEXT PRIMARY KEY,     -- file name in this folder
-    position INTEGER UNIQUE,     -- place in the work list; NULL: of an earlier form of the study
-    point INTEGER NOT NULL,
-    parameters TEXT NOT NULL,    -- JSON, axis key -> value: one column, for SQLite folds the case of names (R and r)
-    picture TEXT NOT NULL,
-    key TEXT NOT NULL,           -- digest of all that the output depends on
-    state TEXT NOT NULL CHECK (state IN ('pending', 'done', 'failed')),
-    counts TEXT,                 -- JSON, status -> film pixels
-    trace_seconds REAL, paint_seconds REAL, write_seconds REAL,
-    size INTEGER, changed_ns INTEGER, digest TEXT,  -- of the output as written
-    device TEXT, kernel TEXT,    -- what traced it
-    error TEXT,
-    checks TEXT,                 -- JSON, what the self-checks of its point's trace found
-    achieved TEXT,               -- JSON, how accurate the trace is; NULL: no accuracy was asked for
-    spans TEXT                   -- JSON, stage -> wall seconds, see lenscl.sweep.spans; sums over rows are sums of work
-);
-CREATE INDEX run_of_point ON run (point, position);
-PRAGMA application_id = {_APPLICATION_ID};
-PRAGMA user_version = {SCHEMA_VERSION};
-"""
-
-# What later schemas added to the first one, all of it columns that may be NULL: a table without one is given it
-_ADDED = ("checks", "achieved", "spans")
 
 # A planned run keeps what is known of it if it was done under the same key; otherwise it is pending, and blank
 _RESULTS = (
@@ -132,7 +102,7 @@ class Store:
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         self.path, self.connection = path, connection
         self._identity = _identity(path)
-        there = _columns(connection)  # a table of an earlier schema that is only read has not got all of them
+        there = columns(connection)  # a table of an earlier schema that is only read has not got all of them
         self._row_columns = ", ".join(name if name in there else f"NULL AS {name}" for name in _ROW_COLUMNS)
 
     @classmethod
@@ -150,12 +120,12 @@ class Store:
             connection = sqlite3.connect(path, timeout=5, isolation_level=None)
         try:
             with explained(path):
-                is_new = _is_empty(connection)
+                is_new = is_empty(connection)
                 if not is_new:
-                    _check_schema(path, connection)  # before anything in somebody else's file is changed
+                    check_schema(path, connection)  # before anything in somebody else's file is changed
                 connection.execute("PRAGMA journal_mode = WAL")
                 connection.execute("PRAGMA synchronous = NORMAL")  # a killed process loses nothing committed
-                connection.executescript(f"BEGIN; {_SCHEMA if is_new else _migration(connection)} COMMIT;")
+                connection.executescript(f"BEGIN; {SCHEMA if is_new else migration(connection)} COMMIT;")
                 store = cls(path, connection)
             yield store
         finally:
@@ -183,7 +153,7 @@ class Store:
             connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro{at_rest}", uri=True, timeout=5)
         try:
             with explained(path):
-                _check_schema(path, connection)
+                check_schema(path, connection)
                 store = cls(path, connection)
             yield store
         finally:
@@ -319,32 +289,6 @@ def _row(output: str, point: int, parameters: str, picture: str, state: Any, cou
     )
 
 
-def _check_schema(path: Path, connection: sqlite3.Connection) -> None:
-    if _is_empty(connection):
-        raise SweepError(f"{path}: holds no sweep yet; run `lenscl sweep` first")
-    if connection.execute("PRAGMA application_id").fetchone()[0] != _APPLICATION_ID:
-        raise ForeignTableError(f"{path}: is another program's table; move it away, or choose another folder with -o")
-    version = connection.execute("PRAGMA user_version").fetchone()[0]
-    if not 1 <= version <= SCHEMA_VERSION:
-        raise SweepError(
-            f"{path}: has schema {version}, this program reads and writes schema {SCHEMA_VERSION}; `--fresh` starts "
-            "over, or use the program that wrote it, or choose another folder with -o"
-        )
-
-
-def _migration(connection: sqlite3.Connection) -> str:
-    """Return the statements that bring a table up to this schema, to be run in one transaction."""
-    if connection.execute("PRAGMA user_version").fetchone()[0] == SCHEMA_VERSION:
-        return ""
-    there = _columns(connection)
-    added = "".join(f"ALTER TABLE run ADD COLUMN {name} TEXT; " for name in _ADDED if name not in there)
-    return f"{added}PRAGMA user_version = {SCHEMA_VERSION};"
-
-
-def _columns(connection: sqlite3.Connection) -> set[str]:
-    return {name for _, name, *_ in connection.execute("PRAGMA table_info(run)")}
-
-
 def _identity(path: Path) -> tuple[int, int] | None:
     """Return what tells a file from another of the same name; None if there is none."""
     try:
@@ -352,10 +296,6 @@ def _identity(path: Path) -> tuple[int, int] | None:
     except OSError:
         return None
     return about.st_dev, about.st_ino
-
-
-def _is_empty(connection: sqlite3.Connection) -> bool:
-    return bool(connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0] == 0)
 
 
 def _json(value: Any) -> str:

@@ -23,7 +23,7 @@ from lenscl.errors import DiskFullError, ImageError, NoDeviceError
 from lenscl.imaging import write_image
 from lenscl.sweep import Row, Steps, Store, SweepError, paint_as_told, plan_sweep, run_sweep
 from lenscl.sweep.errors import RESUME
-from lenscl.sweep.store import STORE_NAME
+from lenscl.sweep.schema import STORE_NAME
 from lenscl.tracing import RayMap
 
 Outputs = Callable[[Path], dict[str, bytes]]

@@ -22,9 +22,9 @@ from lenscl.errors import ImageError, TraceError
 from lenscl.imaging import read_picture, write_image
 from lenscl.imaging.encoding import encode
 from lenscl.status import RayStatus
-from lenscl.sweep import Row, Steps, Store, SweepError, csv_lines, paint_as_told, plan_sweep, run_sweep, total
+from lenscl.sweep import Row, Steps, Store, SweepError, csv_lines, paint_as_told, plan_sweep, run_sweep, total_spans
 from lenscl.sweep.rows import COUNT_COLUMNS
-from lenscl.sweep.store import STORE_NAME
+from lenscl.sweep.schema import STORE_NAME
 from lenscl.tracing import RayMap
 
 Outputs = Callable[[Path], dict[str, bytes]]
@@ -415,7 +415,7 @@ def test_rows_keep_seconds_by_stage_and_their_sum_counts_no_work_twice(study_pat
         assert ("commit" in row.spans) == (number > 0)  # each tells of the one before
         assert (row.paint_seconds, row.write_seconds) == (row.spans["paint"], row.spans["encode"])
     assert sum("decode" in row.spans for row in rows) == 3  # each picture once
-    spent = total(row.spans for row in rows)
+    spent = total_spans(row.spans for row in rows)
     assert spent["trace"] >= sum(row.trace_seconds for row in rows[::3])
     with closing(sqlite3.connect(out / STORE_NAME)) as table:
         noted = [json.loads(spans) for (spans,) in table.execute("SELECT spans FROM run ORDER BY position")]

@@ -16,7 +16,8 @@ from lenscl.status import RayStatus
 from lenscl.sweep.cleaning import clear_folder
 from lenscl.sweep.errors import ForeignTableError, SweepError
 from lenscl.sweep.lock import folder_lock
-from lenscl.sweep.store import SCHEMA_VERSION, STORE_NAME, Planned, Stamp, Store
+from lenscl.sweep.schema import SCHEMA_VERSION, STORE_NAME
+from lenscl.sweep.store import Planned, Stamp, Store
 
 ABOUT = {"title": "a title", "axes": ["lens.R", "lens.r"], "program": "lenscl 0"}
 COUNTS = {status: 10 + status for status in RayStatus}

@@ -33,7 +33,8 @@ from lenscl.status import RayStatus
 from lenscl.sweep.cleaning import clear_folder, remove_leftovers
 from lenscl.sweep.errors import SweepError
 from lenscl.sweep.lock import folder_lock
-from lenscl.sweep.store import STORE_NAME, Planned, Stamp, Store
+from lenscl.sweep.schema import STORE_NAME
+from lenscl.sweep.store import Planned, Stamp, Store
 
 POINTS = 4
 KEYS = ("first", "second")  # of what an output depends on: a study changed, and changed back
