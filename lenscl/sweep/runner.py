@@ -4,8 +4,9 @@
     next picture  ->   trace a point, paint a picture  -> encode, write, hash
                        note results in the table, in work order
 
-Memory is bounded: one ray map, the pictures kept by the reader, and as many painted images as may be on their way to
-disk. This thread alone writes the table. A run whose image is on disk but not yet noted is simply made again.
+Memory is bounded: one ray map, the pictures kept by the reader and on the device, and as many painted images as may be
+on their way to disk. This thread alone writes the table. A run whose image is on disk but not yet noted is simply made
+again.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from lenscl.accuracy import Achieved, Planner, SelfCheck, check_map, largest_siz
 from lenscl.config import Point, Scene
 from lenscl.device import Device, choose
 from lenscl.errors import LensclError, NoDeviceError, StudyError
-from lenscl.imaging import Encoding, Painter, painter_of, write_image
+from lenscl.imaging import Encoding, Painter, PictureCache, painter_of, write_image
 from lenscl.sweep.cleaning import clear_folder, remove_leftovers
 from lenscl.sweep.errors import SweepError
 from lenscl.sweep.lock import folder_lock
@@ -137,6 +138,7 @@ class _Runner:
         self._point: int | None = None  # the one at hand, and what its trace yielded or why it failed
         self._traced: _Traced | str = ""
         self._planner = Planner(self.device)
+        self._pictures = PictureCache(self.device)
         self._size = largest_size(self.plan.study.scene, self.plan.study.images)
         self._first: dict[str, Scene | None] = {}  # of the points of one structure, the scene of the first
 
@@ -170,7 +172,7 @@ class _Runner:
             if isinstance(traced, str):
                 return traced
             start = time.perf_counter()
-            painted, encoding = paint_as_told(traced.painter, picture, task.point.scene, image_format)
+            painted, encoding = paint_as_told(traced.painter, picture, task.point.scene, image_format, self._pictures)
             seconds = time.perf_counter() - start
         except NoDeviceError:
             raise
