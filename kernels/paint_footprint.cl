@@ -1,7 +1,7 @@
 // paint_footprint.cl: a film pixel is the parallelogram on the picture that its ray covers, to first order.
 //
 // provides  sample()
-// needs     paint_picture, paint_pyramid, paint_footprints; mix_light(), DIM(), SAMPLE_WEIGHTS, from_light(); the head:
+// needs     paint_picture, paint_levels, paint_footprints; mix_light(), DIM(), SAMPLE_WEIGHTS, from_light(); the head:
 //           PLACE, WORK, CHANNELS
 // source    the footprint is Heckbert's (Fundamentals of Texture Mapping and Image Warping, 1989, sec. 3.5), its probes
 //           on a pyramid those of McCormack, Perry, Farkas & Jouppi, Feline, SIGGRAPH 1999

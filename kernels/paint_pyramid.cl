@@ -1,25 +1,8 @@
-// paint_pyramid.cl: a picture in ever coarser levels, each pixel of one the mean of 2 x 2 of the level before.
+// paint_pyramid.cl: make the levels of a pyramid, each pixel of one the mean of 2 x 2 of the level before.
 //
-// provides  kernel shrink; level_of()        needs  paint_picture; the head: PLACE, WORK, CHANNELS
+// provides  kernel shrink        needs  paint_levels; the head: WORK, CHANNELS
 // source    Williams, Pyramidal parametrics, SIGGRAPH 1983
 //
-// The levels lie behind each other in memory, the picture itself first. A pixel of level k covers 2^k x 2^k of the
-// picture's, from its corner on, so a place in it is that in the picture over 2^k. Where a side is odd, the last pixel
-// covers what is left, as if the edge went on outwards.
-
-static inline int halved(int size) { return size - size / 2; }
-
-// The level that is so many times coarser, as a picture of its own.
-static inline picture_t level_of(const picture_t *picture, int number) {
-  picture_t level = *picture;
-  for (; number > 0; --number) {
-    level.light += (long)level.width * level.height * CHANNELS;
-    level.width = halved(level.width);
-    level.height = halved(level.height);
-  }
-  return level;
-}
-
 // One work-item makes one pixel of level `number` from the one before.
 kernel void shrink(const long count, const int number, const int width, const int height, global WORK *light) {
   const long pixel = get_global_id(0);

@@ -85,6 +85,15 @@ class Device:
             opencl().enqueue_copy(self._session.queue, buffer.handle, array, is_blocking=True)
         return buffer
 
+    def constant(self, table: NDArray[Any]) -> Buffer:
+        """Return a read-only array's copy on the device, uploaded when first asked for; both stay for good."""
+        if table.flags.writeable:
+            raise ValueError("a constant is read-only: its copy on the device does not follow changes")
+        held = self._session.constants
+        if id(table) not in held:
+            held[id(table)] = (table, self.upload(table))
+        return held[id(table)][1]
+
     def empty(self, nbytes: int) -> Buffer:
         """Reserve memory on the device, with whatever it holds.
 
@@ -192,6 +201,7 @@ class _Session:
         # Fresh memory is zeroed page by page as a kernel first writes to it: what one launch lets go, the next takes
         self.memory = MemoryPool(ImmediateAllocator(self.queue))
         self.programs: dict[tuple[str, tuple[str, ...]], Program] = {}
+        self.constants: dict[int, tuple[NDArray[Any], Buffer]] = {}  # by id(), which the array keeps from reuse
 
     def build(self, text: str, options: Sequence[str]) -> Any:
         cl = opencl()

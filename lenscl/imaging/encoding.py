@@ -1,7 +1,8 @@
-"""What a stored number means as light: full scale, and the sRGB curve.
+"""What a stored number means as light: full scale, the sRGB curve, alpha.
 
-Integers hold codes of 0 to full scale, sRGB-encoded unless told otherwise; floats hold linear light unless told
-otherwise. Source of the curve: IEC 61966-2-1:1999, sections 5.2 and 5.3.
+Integers hold codes of 0 to full scale, sRGB-encoded unless told otherwise, and straight alpha; floats hold linear light
+unless told otherwise, and associated alpha. Alpha is the last of 2 or 4 channels. Source of the curve: IEC
+61966-2-1:1999, sections 5.2 and 5.3.
 """
 
 from __future__ import annotations
@@ -71,24 +72,70 @@ def encode(light: NDArray[np.float64], dtype: DTypeLike, encoding: Encoding) -> 
     return values.astype(kind)
 
 
+def colours_of(channels: int) -> int:
+    """Return how many of so many channels are colours: alpha is the last of 2 or 4."""
+    return channels - (channels % 2 == 0)
+
+
+def light_dtype(dtype: DTypeLike) -> np.dtype[Any]:
+    """Return the type in which light of such pixels is mixed: float64 for pixels of 64 bits, else float32."""
+    return np.dtype(np.float64 if np.dtype(dtype).itemsize == 8 else np.float32)
+
+
+def linear_light(pixels: NDArray[Any], encoding: Encoding, dtype: DTypeLike | None = None) -> NDArray[Any]:
+    """Return pixels as linear light with associated alpha: colour is multiplied by it.
+
+    Parameters
+    ----------
+    pixels : array, shape (..., C)
+        Integers with straight alpha, or floats with associated alpha.
+    encoding : str
+        Of the pixels.
+    dtype : dtype, optional
+        Of the result, and of the product with alpha. Default: `light_dtype` of the pixels.
+
+    Returns
+    -------
+    array, shape (..., C)
+    """
+    kind = light_dtype(pixels.dtype) if dtype is None else np.dtype(dtype)
+    if pixels.dtype.kind != "u":
+        return decode(pixels, encoding).astype(kind)
+    colours = colours_of(pixels.shape[-1])
+    light: NDArray[Any] = light_table(pixels.dtype.name, encoding, kind.name)[pixels[..., :colours]]
+    if colours == pixels.shape[-1]:
+        return light
+    alpha = light_table(pixels.dtype.name, "linear", kind.name)[pixels[..., colours:]]
+    return np.concatenate([light * alpha, alpha], axis=-1)
+
+
+def pixels_from_light(light: NDArray[np.float64], dtype: DTypeLike, encoding: Encoding) -> NDArray[Any]:
+    """Return linear light, shape (..., C), as pixels of a type; the inverse of `linear_light`.
+
+    Integers clip light outside [0, 1], as that of a single wavelength, which has no colour within sRGB. Where the alpha
+    of an integer pixel is 0 its colour is 0.
+    """
+    kind, colours = np.dtype(dtype), colours_of(light.shape[-1])
+    if kind.kind != "u" or colours == light.shape[-1]:
+        return encode(light, kind, encoding)
+    alpha = encode(light[..., colours:], kind, "linear")
+    share = np.where(alpha > 0, light[..., colours:], np.inf)
+    return np.concatenate([encode(light[..., :colours] / share, kind, encoding), alpha], axis=-1)
+
+
 def light_of(pixels: NDArray[Any], encoding: Encoding) -> NDArray[Any]:
-    """Return integer pixels (H, W, C) as linear light in floats, alpha associated: float16 from 8 bits, else float32.
+    """Return integer pixels (H, W, C) as the linear light that an EXR holds: float16 from 8 bits, else float32.
 
     Half precision has 11 bits, and neighbouring codes of 8 bits, sRGB-encoded or linear, stay apart in it.
     """
-    colours = pixels.shape[2] - (pixels.shape[2] in (2, 4))
-    alpha = pixels[..., colours:] / full_scale(pixels.dtype)
-    light = decode(pixels[..., :colours], encoding)
-    if alpha.size:
-        light = np.concatenate([light * alpha, alpha], axis=2)
-    return light.astype(np.float16 if pixels.dtype == np.uint8 else np.float32)
+    return linear_light(pixels, encoding, np.float64).astype(np.float16 if pixels.dtype == np.uint8 else np.float32)
 
 
 @cache
-def decode_table(dtype_name: str) -> NDArray[np.float32]:
-    """Return the linear light of every sRGB code of an integer type; read-only."""
-    codes = np.arange(full_scale(dtype_name) + 1, dtype=np.float64)
-    table = linear_from_srgb(codes / full_scale(dtype_name)).astype(np.float32)
+def light_table(dtype_name: str, encoding: Encoding, kind: str = "float32") -> NDArray[Any]:
+    """Return the linear light of every code of an integer type, in a type of floats; read-only."""
+    codes = np.arange(full_scale(dtype_name) + 1, dtype=dtype_name)
+    table = decode(codes, encoding).astype(kind)
     table.setflags(write=False)
     return table
 

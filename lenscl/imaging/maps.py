@@ -18,17 +18,11 @@ from numpy.typing import NDArray
 
 from lenscl.errors import ImageError
 from lenscl.imaging.atomic import whole_file
+from lenscl.imaging.outputs import OUTPUT_USES
 from lenscl.imaging.write import write_image
 from lenscl.status import RayStatus
 
 _ARRAYS = ("st", "status", "events", "origin", "direction")
-_MADE_OF = {"jacobian": ("magnification", "fold")}  # attributes that a map makes of an array that it holds
-_ENTRIES = {  # what an EXR calls the numbers of an array that is no plain number a pixel
-    "transmission": ("R", "G", "B"),
-    "reflected_st": ("s", "t"),
-    "reflected": ("x", "y", "z"),
-    "jacobian": ("ds_drow", "ds_dcolumn", "dt_drow", "dt_dcolumn"),
-}
 _ROUNDINGS = 4
 _HAS_PLACE = tuple(int(status) for status in RayStatus if status.lands)
 
@@ -149,8 +143,8 @@ def _st_map(raymap: WritableMap) -> NDArray[np.float32]:
 
 def _added(raymap: WritableMap) -> dict[str, NDArray[Any]]:
     """Return what effects add to a map, and what it makes of that."""
-    made = (name for held, names in _MADE_OF.items() if held in raymap.added for name in names)
-    return {**raymap.added, **{name: getattr(raymap, name) for name in made}}
+    derived = (name for use in OUTPUT_USES.values() if use.name in raymap.added for name in use.derived)
+    return {**raymap.added, **{name: getattr(raymap, name) for name in derived}}
 
 
 def _channels(added: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, NDArray[np.float32]]]:
@@ -160,7 +154,7 @@ def _channels(added: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, NDArray[
             yield name, _single(array)[..., np.newaxis]
         else:
             numbers = _single(array).reshape(*array.shape[:2], -1)
-            for number, part in enumerate(_ENTRIES[name]):
+            for number, part in enumerate(OUTPUT_USES[name].channels):
                 yield f"{name}.{part}", numbers[..., number : number + 1]
 
 

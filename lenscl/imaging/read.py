@@ -11,6 +11,8 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
+from hashlib import sha256
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -29,7 +31,7 @@ _TURNED = (5, 6, 7, 8)  # orientations that swap rows and columns
 _CONVERT = "convert it to PNG, JPEG, TIFF or EXR with 1 to 4 channels (grey, grey and alpha, RGB, RGBA)"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Picture:
     """Pixels, and how to take them.
 
@@ -57,6 +59,13 @@ class Picture:
     def size(self) -> tuple[int, int]:
         """Columns and rows."""
         return self.pixels.shape[1], self.pixels.shape[0]
+
+    @cached_property
+    def digest(self) -> str:
+        """A digest of the pixels with their type and shape; equal digests mean equal pixels."""
+        digest = sha256(f"{self.pixels.dtype.str} {self.pixels.shape} ".encode())
+        digest.update(np.ascontiguousarray(self.pixels).data)
+        return digest.hexdigest()
 
 
 def read_picture(path: str | PathLike[str]) -> Picture:

@@ -119,7 +119,9 @@ class _Making:
         if isinstance(self._traced, str):
             return failed(image.output, self._traced)
         with clock.span("paint"):
-            pixels, encoding = tools.steps.paint(self._traced.painter, picture, self._work.scene, image_format)
+            pixels, encoding = tools.steps.paint(
+                self._traced.painter, picture, self._work.scene, image_format, tools.device_pictures
+            )
         written = tools.writer.submit(lambda: _write(image, pixels, encoding, clock, tools), clock)
         return OnItsWay(self._traced.summary, written)
 

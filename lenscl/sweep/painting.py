@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.config import Scene
-from lenscl.imaging import Encoding, Painter, Picture, formats_of, light_of
-from lenscl.imaging.encoding import decode
+from lenscl.imaging import Encoding, Painter, Picture, PictureCache, formats_of, light_of
+from lenscl.imaging.encoding import decode, full_scale
 
 
 def refused_format(picture: Picture, image_format: str) -> str | None:
@@ -24,7 +24,7 @@ def refused_format(picture: Picture, image_format: str) -> str | None:
 
 
 def paint_as_told(
-    painter: Painter, picture: Picture, scene: Scene, image_format: str = ""
+    painter: Painter, picture: Picture, scene: Scene, image_format: str = "", pictures: PictureCache | None = None
 ) -> tuple[NDArray[Any], Encoding]:
     """Return a picture seen through a traced scene, and the encoding of the pixels, which is the picture's own.
 
@@ -36,20 +36,32 @@ def paint_as_told(
     code.
 
     A picture without colour becomes RGB where the map has several wavelengths, as its edges may get colours.
+
+    `pictures` keeps the picture on the device for the next map of the same kind.
     """
     screen = scene.picture
     encoding = screen.encoding or picture.encoding
     outside = np.asarray(screen.outside, dtype=np.float64)
-    if picture.pixels.dtype.kind == "u":
-        outside = np.rint(outside * np.iinfo(picture.pixels.dtype).max)
-    pixels = _in_colour(picture.pixels) if painter.has_wavelengths else picture.pixels
-    if image_format == "exr" and pixels.dtype.kind == "u" and _may_exceed_white(scene):
-        outside = decode(np.asarray(screen.outside, dtype=np.float64), encoding)
-        return painter.paint(
-            light_of(pixels, encoding), filter=screen.filter, encoding="linear", outside=outside
-        ), "linear"
-    painted = painter.paint(pixels, filter=screen.filter, encoding=encoding, outside=outside)
-    if image_format == "exr" and painted.dtype.kind == "u":
+    is_integer, is_exr = picture.pixels.dtype.kind == "u", image_format == "exr"
+    as_light = is_integer and is_exr and _may_exceed_white(scene)
+    in_colour = painter.has_wavelengths and picture.pixels.shape[2] < 3
+    if as_light:
+        outside = decode(outside, encoding)
+    elif is_integer:
+        outside = np.rint(outside * full_scale(picture.pixels.dtype))
+
+    def pixels() -> NDArray[Any]:
+        seen = _in_colour(picture.pixels) if in_colour else picture.pixels
+        return light_of(seen, encoding) if as_light else seen
+
+    if pictures is None:
+        pictures = PictureCache(painter.film.device)
+    content = (picture.digest, in_colour, encoding if as_light else None)
+    there = pictures.get(content, pixels, "linear" if as_light else encoding)
+    painted = painter.paint(there, filter=screen.filter, outside=outside)
+    if as_light:
+        return painted, "linear"
+    if is_exr and is_integer:
         return light_of(painted, encoding), "linear"
     return painted, encoding
 
@@ -59,7 +71,5 @@ def _may_exceed_white(scene: Scene) -> bool:
 
 
 def _in_colour(pixels: NDArray[Any]) -> NDArray[Any]:
-    """Return pixels (H, W, C) with three channels of colour; a grey's alpha stays behind them."""
-    if pixels.shape[2] > 2:
-        return pixels
+    """Return grey pixels (H, W, C) with three equal colours; their alpha stays behind those."""
     return np.concatenate([np.repeat(pixels[..., :1], 3, axis=2), pixels[..., 1:]], axis=2)

@@ -4,9 +4,9 @@
     next picture  ->   a point's images, one by one (making.py)  ->  encode, write, digest
                        note results in the table, in work order
 
-Memory is bounded: one ray map, the pictures kept by the reader, and as many painted images as the writer lets be on
-their way to disk. This thread alone writes the table. A run whose image is on disk but not yet noted is simply made
-again.
+Memory is bounded: one ray map, the pictures kept by the reader and on the device, and as many painted images as the
+writer lets be on their way to disk. This thread alone writes the table. A run whose image is on disk but not yet noted
+is simply made again.
 """
 
 from __future__ import annotations

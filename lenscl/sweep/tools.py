@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from lenscl.accuracy import Achieved, Planner, SelfCheck, check_map
 from lenscl.device import Device, answers, choose
-from lenscl.imaging import Encoding, write_image
+from lenscl.imaging import Encoding, PictureCache, write_image
 from lenscl.sweep.painting import paint_as_told
 from lenscl.sweep.pictures import PictureReader
 from lenscl.sweep.spans import Clock
@@ -93,12 +93,15 @@ class Tools:
     planner : Planner
         Of the device.
     pictures : PictureReader
+        Decoded pictures.
+    device_pictures : PictureCache
+        Pictures on the device.
     writer : Writer
     """
 
     def __init__(self, device: Device | None = None, *, steps: Steps | None = None, encoders: int = ENCODERS) -> None:
         self.device, self.steps = device or choose(), steps or Steps()
-        self.planner = Planner(self.device)
+        self.planner, self.device_pictures = Planner(self.device), PictureCache(self.device)
         self.pictures, self.writer = PictureReader(), Writer(encoders)
 
     def __enter__(self) -> Self:
@@ -116,5 +119,5 @@ class Tools:
         What was learned of scenes is learned anew, for the planner traces on the device.
         """
         self.device = replace(self.device)  # a copy has no context yet, and makes one when first used
-        self.planner = Planner(self.device)
+        self.planner, self.device_pictures = Planner(self.device), PictureCache(self.device)
         return answers(self.device)

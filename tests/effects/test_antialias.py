@@ -13,9 +13,8 @@ from scenes import make_scene
 from lenscl import RayStatus, compile_count, paint, trace
 from lenscl.config import Scene
 from lenscl.device import Program, choose
-from lenscl.imaging import mean, write_map
+from lenscl.imaging import DevicePicture, film_of, paint_film, painter_of, write_map
 from lenscl.imaging.encoding import linear_from_srgb, srgb_from_linear
-from lenscl.imaging.paint import Painter
 from lenscl.tracing import RayMap, Samples, job, samples
 from lenscl.tracing.samples import edges, finer
 
@@ -112,12 +111,13 @@ def test_films_in_other_tiles_and_paints_in_other_parts_are_the_same(monkeypatch
         with monkeypatch.context() as patch:
             patch.setattr(job, "_TILE_PIXELS", 9 * 50)  # two rows of pixels
             patch.setattr(samples, "_AT_A_TIME", 333)
-            patch.setattr(mean, "_TOGETHER", 100)
             parts = trace(torus(asked))
-            assert len(list(mean.parts(parts.samples, parts.device))) > 3
+            film = film_of(parts, together=100)
+            assert film.layers[0].more is not None
+            assert len(list(film.layers[0].more.parts())) > 3
             np.testing.assert_array_equal(parts.samples.st, whole.samples.st)
             np.testing.assert_array_equal(parts.samples.status, whole.samples.status)
-            np.testing.assert_array_equal(paint(parts, pixels), painted)
+            np.testing.assert_array_equal(paint_film(film, DevicePicture.of(film.device, pixels)), painted)
             if asked == 3:
                 patch.setattr(job, "_TILE_PIXELS", 9 * 10)  # less than one row
                 np.testing.assert_array_equal(trace(torus(asked)).samples.st, whole.samples.st)
@@ -276,9 +276,22 @@ def test_nothing_to_refine_is_no_sample() -> None:
     np.testing.assert_array_equal(paint(found, pixels), paint(replace(found, samples=None), pixels))
 
 
+def test_no_pixel_to_refine_is_no_work_whatever_else_is_asked() -> None:
+    away = make_scene(
+        {"surface": "torus", "centre": [50.0, 0, 0]},
+        film={"size": [9, 9]},
+        effects={"antialias": "edges", "fresnel": "split", "footprint": True},
+    )
+    found = trace(away)
+    assert found.samples is not None
+    assert not len(found.samples.pixels)
+    pixels = random_pixels(np.random.default_rng(6), (5, 5, 3), "uint8")
+    np.testing.assert_array_equal(paint(found, pixels), paint(replace(found, samples=None), pixels))
+
+
 def test_a_painter_of_samples_serves_many_pictures() -> None:
     found = trace(torus(2))
-    painter, rng = Painter(found), np.random.default_rng(7)
+    painter, rng = painter_of(found), np.random.default_rng(7)
     for channels in (3, 4, 3):
         pixels = random_pixels(rng, (7, 5, channels), "uint8")
         np.testing.assert_array_equal(painter.paint(pixels), paint(found, pixels))

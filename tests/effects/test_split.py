@@ -14,7 +14,7 @@ from lenscl import RayStatus, paint, scene_from_toml, trace, trace_rays
 from lenscl.config import Scene, study_from_toml
 from lenscl.errors import ImageError, StudyError
 from lenscl.imaging import write_image
-from lenscl.imaging.reflected import Panorama
+from lenscl.imaging.environment import Panorama
 from lenscl.tracing import film_rays
 
 Array = NDArray[np.float64]

@@ -1,9 +1,10 @@
-"""Ray maps made by hand: painting reads only the places, the statuses and the device."""
+"""Ray maps made by hand: what painting reads of a map, and no more."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,9 @@ class HandMadeMap:
     status: NDArray[np.uint8]
     device: Device
     added: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    samples: Any = None
+    caustic: Any = None
+    scene: Any = field(default_factory=lambda: SimpleNamespace(environment="picture"))
 
 
 def every_pixel(width: int, height: int) -> NDArray[np.float64]:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 import pytest
+from imaging.devices import faulty
 from imaging.maps import HandMadeMap, every_pixel, landing, random_pixels
 from numpy.typing import NDArray
 from scenes import make_scene
 from thinned import thinned
 
 from lenscl import RayStatus, paint, trace
-from lenscl.device import choose
+from lenscl.device import Device, choose
 from lenscl.reference.paint import paint as twin
 
 FILTERS = ("nearest", "bilinear", "bicubic")
@@ -22,10 +22,10 @@ FILM = (12, 9)
 Array = NDArray[Any]
 
 
-def seen(jacobian: Array, seed: int = 3, precision: str = "float64") -> HandMadeMap:
+def seen(jacobian: Array, precision: str = "float64", device: Device | None = None) -> HandMadeMap:
     """A map of places all over the picture, with the footprints given."""
-    places = np.random.default_rng(seed).uniform(0, 1, (FILM[1], FILM[0], 2))
-    return replace(landing(places, choose(), precision), added={"jacobian": jacobian.astype(precision)})
+    places = np.random.default_rng(3).uniform(0, 1, (FILM[1], FILM[0], 2))
+    return replace(landing(places, device or choose(), precision), added={"jacobian": jacobian.astype(precision)})
 
 
 def random_footprints(rng: np.random.Generator, size: tuple[int, int], longest: float) -> Array:
@@ -79,11 +79,15 @@ def block_means(pixels: Array, side: int) -> Array:
     ("filter_name", "precision"), [(each, "float64") for each in FILTERS] + [("bilinear", "float32")]
 )
 def test_a_colour_is_the_mean_of_the_footprints_probes(filter_name: str, precision: str) -> None:
+    compare_with_probes(filter_name, precision, choose())
+
+
+def compare_with_probes(filter_name: str, precision: str, device: Device) -> None:
     rng = np.random.default_rng(11)
     levels_seen = set()
     for size, longest in (((37, 23), 60.0), ((64, 64), 250.0), ((1, 9), 5.0), ((100, 3), 200.0)):
         pixels = rng.random((size[1], size[0], 3)).astype(precision)
-        raymap = seen(random_footprints(rng, size, longest), precision=precision)
+        raymap = seen(random_footprints(rng, size, longest), precision, device)
         expected, levels = by_hand(raymap, pixels.astype(np.float64), filter_name)
         levels_seen |= set(levels.ravel().tolist())
         off = np.abs(paint(raymap, pixels, filter=filter_name) - expected).max(axis=-1)
@@ -159,11 +163,16 @@ def test_what_gets_through_dims_the_mean() -> None:
 
 
 def test_a_map_without_footprints_is_painted_by_a_text_without_them() -> None:
-    source = import_module("lenscl.imaging.paint")._source
-    bare, filtered = (source("uint8", 3, True, "bilinear", "srgb", False, has) for has in (False, True))
-    for word in ("jacobian", "shrink", "level_of", "MOST_PROBES"):
+    texts = []
+    for has_footprints in (False, True):
+        device = faulty(choose(), "kernel void paint", "kernel void paint")
+        raymap = seen(random_footprints(np.random.default_rng(1), (5, 4), 9.0), device=device)
+        paint(raymap if has_footprints else bare(raymap), np.zeros((4, 5, 3), np.uint8))
+        texts += device.built
+    without, filtered = texts
+    for word in ("jacobian", "level_of", "MOST_PROBES"):
         assert word in filtered
-        assert word not in bare
+        assert word not in without
 
 
 @pytest.mark.parametrize(
@@ -177,13 +186,11 @@ def test_a_map_without_footprints_is_painted_by_a_text_without_them() -> None:
         ("MOST_ACROSS * size", "4 * size"),  # a coarser level than need be
     ],
 )
-def test_a_broken_filter_is_seen(fault: str, instead: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    painting = import_module("lenscl.imaging.paint")
-    sound = painting._source
-    assert sound("float64", 3, True, "bilinear", "linear", False, True).count(fault) == 1
-    monkeypatch.setattr(painting, "_source", lambda *arguments: sound(*arguments).replace(fault, instead))
+def test_a_broken_filter_is_seen(fault: str, instead: str) -> None:
+    broken = faulty(choose(), fault, instead)
     with pytest.raises(AssertionError):
-        test_a_colour_is_the_mean_of_the_footprints_probes("bilinear", "float64")
+        compare_with_probes("bilinear", "float64", broken)
+    assert broken.built
 
 
 SIDE, RAYS = 48, 16  # of the film in pixels; of rays a pixel in either direction

@@ -10,7 +10,7 @@ import pytest
 from imaging.maps import random_pixels
 
 from lenscl.errors import ImageError
-from lenscl.imaging import read_metadata, read_picture, read_size, write_image
+from lenscl.imaging import Picture, read_metadata, read_picture, read_size, write_image
 
 TYPES = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float", "float64": "double"}
 
@@ -234,3 +234,15 @@ def test_a_name_that_no_file_can_have_is_refused(tmp_path, name):
             use(tmp_path / name / "p.png")
         with pytest.raises(ImageError, match=r"File name too long|zero byte"):
             use(tmp_path / f"{name}.png")
+
+
+def test_a_digest_tells_pixels_types_and_shapes_apart():
+    codes = np.arange(24, dtype=np.uint8).reshape(2, 4, 3)
+    halves = np.arange(24, dtype=np.uint16).reshape(2, 4, 3)
+    different = [
+        codes, codes + 1, codes.reshape(4, 2, 3), codes.reshape(2, 6, 2), halves, halves.view(np.float16),
+        np.zeros((2, 4, 3), np.uint8), np.zeros((2, 3, 4), np.uint8),
+    ]  # fmt: skip
+    digests = [Picture(pixels, "srgb").digest for pixels in different]
+    assert len(set(digests)) == len(different)
+    assert Picture(np.asfortranarray(codes), "linear").digest == Picture(codes.copy(), "srgb").digest == digests[0]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from lenscl.config import load_study
-from lenscl.imaging import read_metadata, reflected, write_image
+from lenscl.imaging import environment, read_metadata, write_image
 from lenscl.sweep import Row, plan_sweep, run_sweep
 
 SPLIT = '\n[effects]\nfresnel = "split"\nenvironment = "sky.png"\n'
@@ -49,8 +49,8 @@ def test_only_another_content_of_the_image_paints_anew(split_path: Path) -> None
 
 def test_it_is_decoded_once(split_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     read = []
-    real = reflected.read_picture
-    monkeypatch.setattr(reflected, "read_picture", lambda path: read.append(path) or real(path))
+    real = environment.read_picture
+    monkeypatch.setattr(environment, "read_picture", lambda path: read.append(path) or real(path))
     sweep(split_path)
     assert len(read) == 1
 
