@@ -114,7 +114,9 @@ class LensTable(Table):
     model_config = ConfigDict(extra="allow", frozen=True)
     __pydantic_extra__: dict[str, Annotated[float, PlainValidator(checks.Number()), WithJsonSchema({"type": "number"})]]
 
-    name: Text | None = Field(None, description="Needed where there are several lenses.")
+    name: Text | None = Field(
+        None, description="The lens in keys of a sweep, lens.NAME.key; required with several lenses."
+    )
     surface: Text = Field(description="A name of the catalogue, or an expression in x, y, z and its own parameters.")
     bounds: Bounds | None = Field(None, description="Box that holds the solid of an expression, in local coordinates.")
     planes: Planes | None = Field(
@@ -158,17 +160,31 @@ class OutputTable(Table):
 
 
 class SweepTable(Table):
-    """Which points there are; what the axes may be is checked in `sweep`."""
+    """Which points a study has; without it a study has one, its scene."""
 
-    mode: Annotated[str, *_words(*MODES)] = "grid"
-    samples: Annotated[int, *_whole(1, MOST_POINTS)] | None = None
-    seed: Annotated[int, *_whole(0, 2**63 - 1)] = 1
-    max_points: Annotated[int, *_whole(1, MOST_POINTS)] = 100_000
-    axes: Any = None
-    zip: Any = None
-    exclude: Any = None
-    include: Any = None
+    mode: Annotated[str, *_words(*MODES)] = Field(
+        "grid", description="Every combination of the axes' values, or a sample of the space that they span."
+    )
+    samples: Annotated[int, *_whole(1, MOST_POINTS)] | None = Field(
+        None, description="How many points a sampled mode takes; not for a grid."
+    )
+    seed: Annotated[int, *_whole(0, 2**63 - 1)] = Field(1, description="Of a sampled mode; equal seeds, equal points.")
+    max_points: Annotated[int, *_whole(1, MOST_POINTS)] = Field(
+        100_000, description="A sweep of more points than this is refused."
+    )
+    axes: Any = Field(None, description="The values of each key that varies; the last axis varies fastest.")
+    zip: Any = Field(None, description="Groups of axes of equal length that vary together.")
+    exclude: Any = Field(None, description="Points to drop: those that match every key of one of these tables.")
+    include: Any = Field(None, description="Points to add: keys and values; other keys keep the scene's own values.")
 
+
+# What a key is for, where no model of pydantic says it
+_TITLE = "What the study shows, in a line."
+_LENSES = "The lenses: one or more solids, each a table [[lens]]; they may lie in one another, touch or overlap."
+_ENVIRONMENT = (
+    'What the first surface reflects with fresnel = "split": a colour, an image file, or "picture" (the default).'
+)
+_EFFECTS_ABOUT = "Which optional physics is computed."
 
 SCENE_TABLES: dict[str, type[Table]] = {
     "source": SourceTable,
@@ -197,18 +213,30 @@ TOP_KEYS = ("title", "source", "film", "picture", "medium", "lens", "effects", "
 
 def study_schema() -> dict[str, Any]:
     """Return the JSON schema of a study file (draft 2020-12), for editors."""
-    properties: dict[str, Any] = {"title": {"type": "string"}}
+    properties: dict[str, Any] = {"title": {"type": "string", "description": _TITLE}}
     for name, table in SCENE_TABLES.items():
         properties[name] = _schema(table)
     properties["output"] = _schema(OutputTable)
     lens = _schema(LensTable)
     lens["additionalProperties"] = {"type": "number"}
-    properties["lens"] = {"type": "array", "minItems": 1, "maxItems": MOST_LENSES, "items": lens}
+    properties["lens"] = {
+        "type": "array",
+        "description": _LENSES,
+        "minItems": 1,
+        "maxItems": MOST_LENSES,
+        "items": lens,
+    }
     properties["effects"] = {
         "type": "object",
+        "description": _EFFECTS_ABOUT,
         "additionalProperties": False,
         "properties": {key: _effect_schema(effect) for key, effect in EFFECTS.items()}
-        | {ENVIRONMENT: {"anyOf": [{"type": "string", "minLength": 1}, {"type": "number", "minimum": 0}, _COLOUR]}},
+        | {
+            ENVIRONMENT: {
+                "description": _ENVIRONMENT,
+                "anyOf": [{"type": "string", "minLength": 1}, {"type": "number", "minimum": 0}, _COLOUR],
+            }
+        },
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -221,61 +249,78 @@ def study_schema() -> dict[str, Any]:
 
 
 def _effect_schema(effect: Effect) -> dict[str, Any]:
-    words = {"enum": list(effect.choices)}
+    words: dict[str, Any] = {"enum": list(effect.choices)}
+    about = {"description": f"{effect.model[:1].upper()}{effect.model[1:]}.", "default": effect.default}
     if effect.numbers is None:
-        return words
+        return about | words
     low, high = effect.numbers
     anyway: list[dict[str, Any]] = [words, {"type": "integer", "minimum": low, "maximum": high}]
     if effect.listed is not None:
         (fewest, most), (shortest, longest) = effect.listed, WAVELENGTH_LIMITS
         each = {"type": "number", "minimum": shortest, "maximum": longest}
         anyway.append({"type": "array", "items": each, "minItems": fewest, "maxItems": most})
-    return {"anyOf": anyway}
+    return about | {"anyOf": anyway}
 
 
 def _schema(table: type[Table]) -> dict[str, Any]:
     """Return the schema of one table; a value that may be left out may not be written as null, TOML having none."""
     schema = table.model_json_schema()
-    for key, entry in schema["properties"].items():
+    for entry in schema["properties"].values():
         choices = [choice for choice in entry.get("anyOf", ()) if choice != {"type": "null"}]
         if choices:
             del entry["anyOf"]
             entry.update(choices[0] if len(choices) == 1 else {"anyOf": choices})
         if entry.get("default", 0) is None:
             del entry["default"]
-        entry.setdefault("description", key)
     return schema
 
 
 def _sweep_schema() -> dict[str, Any]:
+    about = {key: field.description for key, field in SweepTable.model_fields.items()}
     triple = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+    kinds = {
+        "linspace": "Start, stop and count of values at equal distances, both ends included.",
+        "logspace": "Start, stop and count of values at equal ratios, both ends included; the ends are values.",
+        "range": "Start, stop and step; stop is included where a step hits it.",
+    }
     shapes: list[dict[str, Any]] = [
-        {"type": "object", "properties": {kind: triple}, "required": [kind], "additionalProperties": False}
-        for kind in ("linspace", "logspace", "range")
+        {
+            "type": "object",
+            "properties": {kind: {"description": meaning, **triple}},
+            "required": [kind],
+            "additionalProperties": False,
+        }
+        for kind, meaning in kinds.items()
     ]
     span = {
         "type": "object",
         "properties": {
-            "min": {"type": "number"},
-            "max": {"type": "number"},
-            "scale": {"enum": ["linear", "log"]},
+            "min": {"type": "number", "description": "Least value that a sampled mode draws."},
+            "max": {"type": "number", "description": "Greatest value that a sampled mode draws."},
+            "scale": {
+                "enum": ["linear", "log"],
+                "default": "linear",
+                "description": "Whether values or their logarithms are drawn evenly.",
+            },
         },
         "required": ["min", "max"],
         "additionalProperties": False,
     }
     axes = {"type": "object", "additionalProperties": {"anyOf": [{"type": "array", "minItems": 1}, *shapes, span]}}
     groups = {"type": "array", "items": {"type": "object", "minProperties": 1}}
+    properties: dict[str, dict[str, Any]] = {
+        "mode": {"enum": list(MODES), "default": "grid"},
+        "samples": {"type": "integer", "minimum": 1},
+        "seed": {"type": "integer", "minimum": 0, "default": 1},
+        "max_points": {"type": "integer", "minimum": 1, "maximum": MOST_POINTS, "default": 100_000},
+        "axes": axes,
+        "zip": {**groups, "items": axes},
+        "exclude": groups,
+        "include": groups,
+    }
     return {
         "type": "object",
+        "description": SweepTable.__doc__,
         "additionalProperties": False,
-        "properties": {
-            "mode": {"enum": list(MODES)},
-            "samples": {"type": "integer", "minimum": 1},
-            "seed": {"type": "integer", "minimum": 0},
-            "max_points": {"type": "integer", "minimum": 1, "maximum": MOST_POINTS},
-            "axes": axes,
-            "zip": {**groups, "items": axes},
-            "exclude": groups,
-            "include": groups,
-        },
+        "properties": {key: {"description": about[key]} | entry for key, entry in properties.items()},
     }
