@@ -1,7 +1,7 @@
 """Draw the pictures of README.md and docs/, from studies of configs/.
 
     python docs/figures/draw.py            # all of them, some minutes
-    python docs/figures/draw.py gallery    # one group: glass, gallery, effects or arrangements
+    python docs/figures/draw.py gallery    # one group: glass, gallery, effects, arrangements or caustics
 
 Each study is rendered by the command line. The result is stored as JPEG of quality 88, so that the repository stays
 small; `lenscl render` itself writes quality 95.
@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 
 import OpenImageIO
@@ -21,6 +22,7 @@ import OpenImageIO
 ROOT = Path(__file__).parents[2]
 PICTURES = ROOT / "docs" / "pictures"
 QUALITY = 88
+GROUPS = ("glass", "gallery", "effects", "arrangements", "caustics")
 
 
 def _shrunk(source: Path, target: Path) -> None:
@@ -57,11 +59,11 @@ def _folder(name: str, scratch: Path) -> None:
         _render(study, PICTURES / name / f"{study.stem}.jpg", scratch)
 
 
-def main(groups: list[str]) -> None:
+def main(groups: Sequence[str]) -> None:
     """Draw the groups that are named, or all."""
     with tempfile.TemporaryDirectory() as folder:
         scratch = Path(folder)
-        for group in groups or ["glass", "gallery", "effects", "arrangements"]:
+        for group in groups or GROUPS:
             if group == "glass":
                 _render(ROOT / "configs" / "glass.toml", PICTURES / "glass.jpg", scratch)
             elif group == "gallery":

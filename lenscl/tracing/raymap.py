@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from inspect import cleandoc
 from typing import Any
 
 import numpy as np
@@ -83,7 +84,7 @@ class _Rays:
     def magnification(self) -> NDArray[np.float64]:
         """Area of a film pixel's footprint on the picture over the pixel's own, shape (...); 0 without a place.
 
-        With `footprint`, to first order: |det jacobian| times the picture's area over the pixel's, both in scene units.
+        With `footprint`, to first order: the size of det(jacobian) times the picture's area over the pixel's, in scene units.
         Light that the film sends to the picture is spread over so much more; towards a fold it goes to 0.
         """
         film, picture = self.scene.film, self.scene.picture
@@ -225,7 +226,7 @@ class RayMap(_Rays):
     those take is counted in `trace_seconds` and `escalated`.
     """
 
-    __doc__ = f"{__doc__}\n\n{_Rays.__doc__}"
+    __doc__ = f"{cleandoc(__doc__)}\n\n{cleandoc(str(_Rays.__doc__))}"
 
     legs: Callable[[], tuple[NDArray[Any], NDArray[Any]]] = field(repr=False)
     samples: Samples | None = field(default=None, repr=False)
@@ -282,7 +283,7 @@ class RayMap(_Rays):
 class RayPaths(_Rays):
     """Where given rays land; arrays of shape (N, ...)."""
 
-    __doc__ = f"{__doc__}\n\n{_Rays.__doc__}"
+    __doc__ = f"{cleandoc(__doc__)}\n\n{cleandoc(str(_Rays.__doc__))}"
 
     origin: NDArray[Any] = field(repr=False)
     direction: NDArray[Any] = field(repr=False)
