@@ -25,7 +25,7 @@ TABLES = ("source", "film", "picture", "medium", "lens", "effects", "numerics", 
 
 
 def write_all(folder: Path) -> None:
-    """Write every generated page; a file whose text does not change is left as it is, so that Sphinx need not read it."""
+    """Write every generated page. A file whose text stays the same is not touched, so Sphinx does not read it again."""
     folder.mkdir(exist_ok=True)
     for name, page in PAGES.items():
         file, text = folder / f"{name}.md", "\n".join(page()) + "\n"

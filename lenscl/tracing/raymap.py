@@ -84,7 +84,7 @@ class _Rays:
     def magnification(self) -> NDArray[np.float64]:
         """Area of a film pixel's footprint on the picture over the pixel's own, shape (...); 0 without a place.
 
-        With `footprint`, to first order: the size of det(jacobian) times the picture's area over the pixel's, in scene units.
+        With `footprint`, to first order: abs(det(jacobian)) times the picture's area over the pixel's, in scene units.
         Light that the film sends to the picture is spread over so much more; towards a fold it goes to 0.
         """
         film, picture = self.scene.film, self.scene.picture
