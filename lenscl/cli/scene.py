@@ -83,7 +83,7 @@ def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error:
     scene as written, in picture coordinates; in an EXR what its single precision loses is added. The bound compares:
     every ray is traced again in double precision, and the distance to that is added to what all roundings of double may
     make of the place. It is -1 where the ray has no place, where rounding may decide its path, or where it is too large
-    to be counted. It is validated, not proved: see the README.
+    to be counted. It is validated, not proved: see docs/error-bounds.md.
 
     A sample of the rays is checked by laws that every path obeys. Where some fail the file is written all the same,
     standard error says which and why, and the exit code is 3.

@@ -138,7 +138,7 @@ class LensTable(Table):
     n: Medium = Field(description="Refractive index inside.")
     absorption: Absorption = Field(
         (0.0, 0.0, 0.0),
-        description="Absorption coefficients a of red, green and blue, per scene unit: exp(-a L) is transmitted over a length L.",
+        description="Absorption coefficients a of red, green and blue, per scene unit: a length L transmits exp(-a L).",
     )
     absorbs: Annotated[bool, *_flag()] = Field(
         False, description="Whether the solid is opaque, as a stop or a mount is."
@@ -153,8 +153,8 @@ class NumericsTable(Table):
 
     accuracy: Wanted | None = Field(
         None,
-        description="Error allowed for 99 % of the rays through a lens: picture pixels with px, else scene units. Selects "
-        "the fastest method, precision, snell, step and tolerance.",
+        description="Error allowed for 99 % of the rays through a lens: picture pixels with px, else scene units. "
+        "Selects the fastest method, precision, snell, step and tolerance.",
     )
     method: Annotated[str, *_words("auto", *METHODS)] = Field(
         "auto", description="Root search: how the next surface is found."
