@@ -35,7 +35,7 @@ def write_all(folder: Path) -> None:
 
 def _cell(text: str) -> str:
     """Return text that may stand in a cell of a Markdown table."""
-    return text.replace("|", "\\|").replace("\n", " ")
+    return text.replace("|", "\\|").replace("<", "&lt;").replace("\n", " ")
 
 
 def _value(value: Any) -> str:
@@ -118,7 +118,7 @@ def _commands() -> Iterator[str]:
         yield "| option | meaning |\n|---|---|"
         for parameter in command.params:
             record = parameter.get_help_record(context)
-            if record is not None:
+            if record is not None and isinstance(parameter, click.Option):
                 yield f"| `{_cell(record[0])}` | {_cell(record[1])} |"
         yield "| `-h, --help` | Show the help and exit. |\n"
 
