@@ -17,6 +17,7 @@ import click
 
 from lenscl.cli import main
 from lenscl.config import study_schema
+from lenscl.effects import EFFECTS
 from lenscl.lenses import Parameter, Surface, catalogue
 from lenscl.materials import CATALOGUE
 
@@ -108,6 +109,20 @@ def _effect_keys() -> Iterator[str]:
         yield f"| `{key}` | {_cell(kind_of(entry))} | {default} | {_cell(entry['description'])} |"
 
 
+def _effect_arrays() -> Iterator[str]:
+    yield "| array | effect | meaning |\n|---|---|---|"
+    for key, effect in EFFECTS.items():
+        outputs = dict.fromkeys(out for variants in effect.variants.values() for one in variants for out in one.adds)
+        for output in outputs:
+            shape = f"; of shape {output.pixel_shape} a pixel" if output.pixel_shape else ""
+            yield f"| `{output.name}` | `{key}` | {_cell(output.meaning)}{shape} |"
+    yield "| `magnification` | `footprint` | area of the footprint, divided by the area of the film pixel |"
+    yield "| `fold` | `footprint` | 1 where the picture is seen as it is, -1 where it is mirrored, 0 without a place |"
+    yield "| `wavelengths` | `dispersion` | wavelengths, nm; all arrays of rays then have an axis of them in front |"
+    yield "| `samples` | `antialias` | the further rays of film pixels |"
+    yield "| `irradiance`, `caustic` | `caustics` | light on the cells of the picture; energy balance |"
+
+
 def _commands() -> Iterator[str]:
     for name, command in main.commands.items():
         context = click.Context(command, info_name=f"lenscl {name}")
@@ -180,6 +195,7 @@ def _materials() -> Iterator[str]:
 PAGES: dict[str, Callable[[], Iterator[str]]] = {
     "study-keys": _study_keys,
     "effect-keys": _effect_keys,
+    "effect-arrays": _effect_arrays,
     "commands": _commands,
     "lenses": _lenses,
     "materials": _materials,

@@ -26,8 +26,10 @@ from click.testing import CliRunner
 import lenscl
 from lenscl.cli import main
 from lenscl.config import study_schema
+from lenscl.effects import EFFECTS, Output
 from lenscl.lenses import catalogue
 from lenscl.materials import CATALOGUE
+from lenscl.methods import METHODS
 
 ROOT = Path(__file__).parents[1]
 FILES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -222,6 +224,7 @@ def test_generated_pages_have_every_key_command_lens_and_material(generate: Modu
     expected = {
         "study-keys": [key for key, _ in keys_of(study_schema(), is_deep=False)],
         "effect-keys": list(study_schema()["properties"]["effects"]["properties"]),
+        "effect-arrays": [output.name for output in outputs()],
         "commands": [f"lenscl {name}" for name in main.commands],
         "lenses": list(catalogue()),
         "materials": list(CATALOGUE),
@@ -235,6 +238,14 @@ def test_generated_pages_have_every_key_command_lens_and_material(generate: Modu
         assert (ROOT / "docs" / "pictures" / "lenses" / f"{name}.jpg").is_file(), (
             f"docs/figures/draw.py gallery: {name}"
         )
+
+
+def outputs() -> Iterator[Output]:
+    """Yield the arrays that effects add."""
+    for effect in EFFECTS.values():
+        for variants in effect.variants.values():
+            for variant in variants:
+                yield from variant.adds
 
 
 def keys_of(schema: Mapping[str, Any], *, is_deep: bool = True) -> Iterator[tuple[str, Mapping[str, Any]]]:
@@ -257,6 +268,17 @@ def test_every_key_of_the_schema_has_a_description() -> None:
     assert {"sellmeier", "nd", "linspace", "scale", "environment", "title", "lens", "axes"} <= {key for key, _ in found}
     for key, entry in found:
         assert len(entry.get("description", "").split()) > 1, key
+
+
+def test_pages_name_every_method_effect_and_status() -> None:
+    for page, names in {
+        "accuracy": [*METHODS],
+        "effects": [*EFFECTS],
+        "glossary": [status.name for status in lenscl.RayStatus],
+    }.items():
+        text = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
+        for name in names:
+            assert re.search(rf"`{name}\b", text), f"docs/{page}.md: says nothing of {name}"
 
 
 def test_names_in_the_architecture_are_packages() -> None:
