@@ -31,34 +31,34 @@ _ADDED_BY["footprint"] |= {"magnification", "fold"}  # made of its jacobian
 class _Rays:
     """The ends of rays. Lengths are in scene units; real arrays have the precision traced (float32 or float64).
 
-    With `effects.dispersion` every array of rays has one more axis in front, of the K wavelengths: `st` is of shape
-    (K, ..., 2), and the attribute `wavelengths`, float64 of shape (K,), has them in nm.
+    With `effects.dispersion` every array of rays has a leading axis of the K wavelengths: `st` has the shape
+    (K, ..., 2). The attribute `wavelengths`, float64 of shape (K,), has the wavelengths in nm.
 
     Attributes
     ----------
     st : real array, shape (..., 2)
-        Picture coordinates: s along right, t along down, both in [0, 1) on the picture; (-1, -1) where the status
-        says that the ray has no place on the picture's plane.
+        Picture coordinates: s along right, t along down, both in [0, 1) on the picture; (-1, -1) where the ray has no
+        place on the picture's plane.
     status : uint8 array, shape (...)
         Values of `RayStatus`.
     events : uint8 array, shape (...)
-        Surfaces met: entries, exits and total reflections. 0 says that the ray missed every lens.
+        Number of surfaces met: entries, exits and total reflections. 0: the ray missed every lens.
     origin, direction : real array, shape (..., 3)
         The last straight leg: its start, a surface point or the source, and its unit direction.
     trace_seconds : float
         Device time of all launches.
     escalated : int
-        How many rays were undecided in single precision and traced again in double.
+        Number of rays that were undecided and traced again in higher precision.
     kernel : KernelSource
-        What traced them; of the escalated ones, all but their precision.
+        The kernel. That of escalated rays differs in precision.
     scene : Scene
-        What was traced, with any method or precision asked for in the call.
+        What was traced, with the method and precision of the call.
     device : Device
-        Where.
+        Where it was traced.
     added : mapping of str to array
-        What the scene's effects add, by name. Each is an attribute, too: `raymap.path_length`, or `raymap.jacobian`,
-        d(s, t)/d(row, column) of shape (..., 2, 2): 0 where the ray has no place, of no meaning on an edge. For given
-        rays it is of the pencil that the film's rays form, from the ray's own start or along its own direction.
+        The arrays of effects, by name. Each is an attribute as well: `raymap.path_length`, or `raymap.jacobian`,
+        d(s, t)/d(row, column) of shape (..., 2, 2). The Jacobian is 0 where the ray has no place, and has no meaning on
+        an edge. For given rays it is that of the pencil of the film's rays, moved to the ray's own start or direction.
     """
 
     st: NDArray[Any] = field(repr=False)
@@ -220,10 +220,9 @@ class Caustic:
 class RayMap(_Rays):
     """Where the ray of every film pixel lands; arrays of shape (rows, columns, ...).
 
-    `origin` and `direction` are three times as large as the rest and seldom asked for: they are traced when first
-    read. `trace_seconds` does not count that. `samples` are the further rays of a scene with `effects.antialias`, a
-    `Samples`, else None; `caustic` is the light on the picture with `effects.caustics`, a `Caustic`, else None. What
-    those take is counted in `trace_seconds` and `escalated`.
+    `origin` and `direction` are traced when they are first read; `trace_seconds` does not count that. `samples` has the
+    further rays of `effects.antialias`, a `Samples`, else None. `caustic` is the light on the picture with
+    `effects.caustics`, a `Caustic`, else None. `trace_seconds` and `escalated` count both.
     """
 
     __doc__ = f"{cleandoc(__doc__)}\n\n{cleandoc(str(_Rays.__doc__))}"
