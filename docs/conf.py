@@ -30,6 +30,8 @@ napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True
 
+default_role = "code"  # of single backquotes in docstrings
+
 html_theme = "furo"
 html_title = "lenscl"
 html_static_path = ["static"]
