@@ -50,6 +50,8 @@ def kind_of(schema: Schema) -> str:
         return "; or ".join(dict.fromkeys(kind_of(each) for each in schema["anyOf"]))
     if "enum" in schema:
         return " or ".join(f"`{_value(each)}`" for each in schema["enum"])
+    if "const" in schema:
+        return f"`{_value(schema['const'])}`"
     return _KINDS[schema["type"]](schema)
 
 
@@ -64,8 +66,8 @@ def _array_kind(schema: Schema) -> str:
     least, most = schema.get("minItems"), schema.get("maxItems")
     count = f"{least} " if least == most and least else f"{least} to {most} " if least and most else ""
     inner = kind_of(schema["items"]) if "items" in schema else "number"
-    several = re.sub(r"^(whole number|number|text)", r"\1s", inner) if not inner.startswith("list") else f"of a {inner}"
-    return f"list of {count}{several}".replace("of of", "of").rstrip()
+    plural = re.sub(r"^(whole number|number|text|list|table)\b", r"\1s", inner)
+    return f"list of {count}{plural}"
 
 
 def _object_kind(schema: Schema) -> str:

@@ -252,7 +252,7 @@ def keys_of(schema: Mapping[str, Any], *, is_deep: bool = True) -> Iterator[tupl
     """Yield every key that a schema describes, with its own schema; deep: also those of tables inside values."""
     for key, entry in schema.get("properties", {}).items():
         is_table = "properties" in entry or "properties" in entry.get("items", {})
-        if is_deep or not is_table:
+        if (is_deep or not is_table) and "const" not in entry:  # a condition on a key that stands elsewhere
             yield key, entry
     inner = [*schema.get("properties", {}).values(), schema.get("items", {})]
     if is_deep:
