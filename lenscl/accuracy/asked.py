@@ -22,12 +22,13 @@ def trace(
     Parameters
     ----------
     scene : Scene
-        What to trace. Where it has `numerics.accuracy`, the cheapest way that meets it is taken, and the map is
-        checked; `raymap.scene` says which way that was. Pixels are those of `picture.size`: a scene knows no images.
+        What to trace. With `numerics.accuracy`, the fastest configuration that meets the accuracy is used, and the map
+        is tested; `raymap.scene` states the configuration. The accuracy is in pixels of `picture.size`, because a scene
+        has no images.
     method, precision : str, optional
-        In place of the scene's own, and of a wish for accuracy.
+        They replace those of the scene, and its `numerics.accuracy`.
     device : Device or str, optional
-        Where to trace: a device or part of its label. Default: the best one here.
+        A device, or part of its label. Default: the best device.
 
     Returns
     -------
@@ -37,11 +38,11 @@ def trace(
     Raises
     ------
     StudyError
-        If the scene cannot be traced as asked, or nothing is as accurate as asked; the message says what to change.
+        If the scene cannot be traced in this way, or the accuracy is out of reach; the message says what to change.
     NoDeviceError, BuildError, TraceError
-        If the device is missing or cannot do it.
+        If the device is missing, or a kernel cannot be built or run.
     LensclError
-        If an accuracy near the last digits is asked for and python-flint is missing or broken.
+        If the accuracy is near the rounding of double precision, and python-flint is missing or broken.
     """
     if scene.numerics.accuracy is None or method is not None or precision is not None:
         return tracing.complete(tracing.trace(scene, method=method, precision=precision, device=device))
@@ -58,13 +59,13 @@ def trace_rays(
     precision: str | None = None,
     device: Device | str | None = None,
 ) -> RayPaths:
-    """Trace rays of the caller's own through a scene; its source and film play no part.
+    """Trace given rays through a scene; its source and film are not used.
 
     Parameters
     ----------
     scene : Scene
-        What to trace through. Where it has `numerics.accuracy`, the cheapest way is taken by which these rays meet it,
-        beginning with the one that its own film needs.
+        What to trace through. With `numerics.accuracy`, the fastest configuration that meets the accuracy on these rays
+        is used; the search starts with the one that the scene's own film needs.
     origins, directions : array_like, shape (N, 3)
         World, scene units. Directions need not be unit; origins may lie inside a lens.
     method, precision, device

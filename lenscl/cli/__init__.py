@@ -56,7 +56,7 @@ def _version() -> str:
 def main() -> None:
     """Look at pictures through lenses of any shape.
 
-    A study, one TOML file, holds a source of light, a film, lenses, a picture, and what to vary of them.
+    A study is one TOML file: a source of light, a film, lenses, a picture, and the values that vary.
 
     \b
     Example:

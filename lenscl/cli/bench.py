@@ -36,23 +36,23 @@ _NAMES = 3  # columns that name a row
     "--rounds", type=click.IntRange(min=_LEAST_ROUNDS), default=_USUAL_ROUNDS, show_default=True,
     help="How often each row is traced and timed.",
 )  # fmt: skip
-@click.option("--save", "name", metavar="NAME", help="Keep this run under a name.")
+@click.option("--save", "name", metavar="NAME", help="Save this run under a name.")
 @click.option("--force", is_flag=True, help="Let --save replace a run of the same name.")
-@click.option("--compare", "base", metavar="BASE", help="Hold this run against one that was saved.")
+@click.option("--compare", "base", metavar="BASE", help="Compare this run with a saved one.")
 @click.option(
     "--folder", type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
-    help="Where saved runs are; default: a folder of your own, the same from everywhere.",
+    help="Folder of saved runs; default: a folder in your data folder.",
 )  # fmt: skip
 @json_option
 def bench(
     scenes: tuple[str, ...], methods: tuple[str, ...], precisions: tuple[Any, ...], rounds: int, name: str | None,
     force: bool, base: str | None, folder: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Measure time and error of a ray on this device; keep the figures, and compare them with earlier ones.
+    """Measure time and error of a ray, and compare runs.
 
-    Every launch that is timed stands between two of a kernel that never changes. The ratio to it is what is compared,
-    so that a machine which is slower today does not matter; another device, driver or scene does, and is said. A run
-    of the usual rows takes a minute or two.
+    Every timed launch stands between two launches of a kernel that never changes. Runs are compared by the ratio to
+    it, so the speed of the machine cancels. Runs on different devices, drivers or scenes are not comparable, and the
+    command says so. A run of the usual rows takes a minute or two.
 
     \b
     Example:

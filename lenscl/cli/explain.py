@@ -31,23 +31,23 @@ _COLUMNS = 6  # numbers of the effects side by side
 @study_argument
 @click.option(
     "--pixel", metavar="ROW,COL",
-    help="The film pixel whose ray is followed, row and column from 0.",
+    help="Film pixel whose ray is followed; row and column count from 0.",
 )  # fmt: skip
 @set_option
 @json_option
 def explain(study_path: Path, pixel: str | None, overrides: tuple[str, ...], as_json: bool) -> None:
-    """Say which effects are compiled in or left out, and why; with a pixel, show its ray's path.
+    """List the effects of a kernel, or follow one pixel's ray.
 
-    Without --pixel it is a table: each effect, in or out, whether that was asked for or derived from the scene, its
-    fragment of the kernel, what it costs (the scene is traced with and without it, in turn), and the reason. What is
-    derived is decided once for all points of the study.
+    Without --pixel it prints a table of effects: in or out, whether that was asked for or derived from the scene, the
+    fragment of the kernel, the cost, and the reason. The cost is measured: the scene is traced with and without the
+    effect, in turn. What is derived is decided once for all points of the study.
 
-    With --pixel it is the path of one film pixel's ray, event by event, the study's axes left out. The points are those
-    of the kernels that trace the study, in its method and precision. At each surface it says what is known of the
-    point: the stretch of the ray on which F is proved to change its sign, what is left of F, the normal, the angles,
-    how near the ray is to the critical angle, and by how much a relative change of its start has grown. Then where the
-    ray lands, how far off that may be, and, with lenscl[accuracy], what is proved of it. What effects add stands
-    behind every surface, too. With effects.dispersion it is the path at the d line.
+    With --pixel it prints the path of one film pixel's ray, event by event; sweep axes are ignored. The points are
+    those of the kernels that trace the study, in its method and precision. At each surface it prints the segment of
+    the ray on which F is proved to change sign, the residual of F, the normal, the angles, the margin to the critical
+    angle, the growth of a relative change of the start, and the values of effects. At the end it prints where the ray
+    lands, a bound on the error, and, with lenscl[accuracy], the certified answer. With effects.dispersion it is the
+    path at the d line.
 
     \b
     Example:

@@ -64,7 +64,7 @@ def set_option(command: _Command) -> _Command:
         "overrides",
         metavar="KEY=VALUE",
         multiple=True,
-        help="Give a key of the study another value, such as lens.r=0.2, in TOML; bare text is a string. Repeatable.",
+        help="Set a key of the study, as in lens.r=0.2. The value is TOML; bare text is a string. Repeatable.",
     )
     return option(command)
 

@@ -23,7 +23,7 @@ _PRECISIONS = ("single", "mixed", "double")
 
 
 @click.command()
-@click.option("--method", type=click.Choice(_METHODS), default="auto", show_default=True, help="How roots are found.")
+@click.option("--method", type=click.Choice(_METHODS), default="auto", show_default=True, help="Root search.")
 @click.option(
     "--precision", type=click.Choice(_PRECISIONS), help="Default: double, or single where the device has no double."
 )
@@ -31,25 +31,24 @@ _PRECISIONS = ("single", "mixed", "double")
 @click.option("--case", "names", metavar="TEXT", multiple=True, help="Only cases whose names contain the text.")
 @json_option
 def hardcases(method: str, precision: str | None, label: str | None, names: tuple[str, ...], as_json: bool) -> None:
-    """Run the pack of hard cases on a device, and say how its answers stand against the exact ones.
+    """Run the hard-case pack and grade the answers.
 
-    The pack holds rays that are tangent, graze, meet the critical angle or a cusp, lenses of every shape, size and
-    index, and scenes that have to be refused. Status, events and place of every ray are proved, and so is what becomes
-    of them when each number of the problem, and each point and direction on the way, is moved by 16 roundings. An
-    answer is wrong where no such move explains it.
+    The pack holds rays that are tangent, graze, or meet the critical angle or a cusp, lenses of every shape, size and
+    index, and scenes that have to be refused. Status, events and place of every ray are proved, and so is the fate of
+    the ray when each number of the problem, and each point and direction on its path, is moved by 16 roundings. An
+    answer is wrong if no such move explains it.
 
-    The table has a row for each family: the rays, those decided, the worst error of a place, in roundings as the ray's
-    own condition magnifies them (16 are allowed), and how many rays were not decided at first and traced again in a
-    higher precision. Of the rays whose path hangs on rounding, those that took one beside the exact one, those whose
-    answer is not told by the moves that were tried, and those left undecided; and how many of these are expected at
-    most of the method in this precision. And wrong answers. The families that came with later editions of the pack
-    stand apart. A second table says why rays were left undecided: the reason is the oracle's, or lies in what moves
-    make of the ray's path.
+    The table has a row for each family: the rays, those decided, the worst error of a place in roundings times the
+    ray's own condition (16 are allowed), and the rays that were undecided at first and traced again in a higher
+    precision. Of the rays whose path rounding can change, it counts those that took an alternative path ("beside"),
+    those whose answer the tried moves do not settle ("untold"), and those left undecided, with the number that is
+    expected at most for the method and precision. The last column counts wrong answers. Families of later editions of
+    the pack stand apart. A second table counts the reasons for undecided rays.
 
-    With a wrong answer, or more undecided rays in a family than are expected, the exit code is 3. The march is no
+    If an answer is wrong, or a family has more undecided rays than expected, the exit code is 3. The march is no
     guaranteed method: it loses short chords, and they count as wrong; no number of undecided rays is expected of it.
 
-    It takes a minute or two, and longer where kernels have to be compiled; standard error says how far it is.
+    It takes a minute or two, and longer where kernels have to be compiled. Progress goes to standard error.
 
     \b
     Example:

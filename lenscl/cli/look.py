@@ -24,15 +24,16 @@ _MOST_NUMBERS = 8  # of points that share a hard spot
 @set_option
 @json_option
 def check(study_path: Path, overrides: tuple[str, ...], as_json: bool) -> None:
-    """Validate a study; list its points, its pictures and what is hard about its scenes.
+    """Validate a study and find the hard spots of its scenes.
 
-    Hard spots are found from boxes, planes, the source and F on small boxes; nothing is traced. Among them are points
-    and creases without a normal where the film looks at them, parts thinner than a film pixel, and expressions without
-    an inside, a slope or a value, or with a pole. Of solids that are not proved apart it is said how they lie to each
-    other, and which is the medium where both are. They are reasons to look twice, not faults; nor are the remarks on
-    films and pictures that stretch what they show. A picture that cannot be read, or not be written in the study's
-    format, and a pattern that no file matches are faults: exit code 3. So is an image that lenses reflect, if it cannot
-    be read.
+    The command lists points, pictures and hard spots. Nothing is traced: hard spots are found from boxes, planes, the
+    source and bounds of F. Hard spots are singular points and kinks in view of the film, parts thinner than a film
+    pixel, expressions that are empty, undefined or not differentiable or that have a pole, and solids that are not
+    proved apart. For such solids the command says how they lie and which of them is the medium.
+
+    Hard spots are no faults, and neither are remarks on non-square pixels. Faults are pictures that cannot be read or
+    written in the study's format, patterns that match no file, and an unreadable environment; the exit code is then
+    3.
 
     \b
     Example:
@@ -54,7 +55,9 @@ def check(study_path: Path, overrides: tuple[str, ...], as_json: bool) -> None:
 @study_argument
 @set_option
 def kernel(study_path: Path, overrides: tuple[str, ...]) -> None:
-    """Print the generated OpenCL C that traces a study's scene on the device that would be chosen.
+    """Print the generated OpenCL C of a study's scene.
+
+    The kernel is that for the device which would be chosen.
 
     \b
     Example:
@@ -75,7 +78,9 @@ def kernel(study_path: Path, overrides: tuple[str, ...]) -> None:
 
 @click.command()
 def schema() -> None:
-    """Print the JSON schema of a study, for editors that complete and check TOML.
+    """Print the JSON schema of a study.
+
+    Editors use it to complete and check the keys of a study.
 
     \b
     Example:

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 @click.command()
 @json_option
 def lenses(as_json: bool) -> None:
-    """List the catalogue of surfaces: parameters with ranges and defaults, formula, source.
+    """List the catalogue of surfaces.
+
+    Each surface has its parameters with ranges and defaults, its formula, and the source of that.
 
     \b
     Example:
@@ -40,9 +42,10 @@ def lenses(as_json: bool) -> None:
 @click.command()
 @json_option
 def devices(as_json: bool) -> None:
-    """List the OpenCL devices, best first, and say which one would be chosen.
+    """List the OpenCL devices, best first.
 
-    The environment variable LENSCL_DEVICE names another: part of a device's label, in any case of letters.
+    The device that would be chosen is marked. The environment variable LENSCL_DEVICE selects another one: part of a
+    device's label, in any case of letters.
 
     \b
     Example:
@@ -76,10 +79,10 @@ def devices(as_json: bool) -> None:
 @click.command()
 @json_option
 def doctor(as_json: bool) -> None:
-    """Find out whether this machine works, and say how to mend what does not.
+    """Test this machine and say how to fix what fails.
 
-    Looks at the driver, the linker, the cache folder, a kernel compiled and compared in a process of its own, image
-    formats, limits, disk and extras. Exit code 4 if no device works, 1 if anything else is at fault.
+    It tests the driver, the linker, the cache folder, a kernel that is compiled and compared in a process of its own,
+    image formats, limits, disk and extras. The exit code is 4 if no device works, 1 if anything else fails.
 
     \b
     Example:

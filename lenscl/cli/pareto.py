@@ -35,12 +35,13 @@ _MARKS = {"front": "*", "noise": "~", "behind": "", "not eligible": "-"}
 )  # fmt: skip
 @json_option
 def pareto(study_path: Path, out: Path | None, overrides: tuple[str, ...], rounds: int, as_json: bool) -> None:
-    """Show what accuracy costs in time, for a study's scene on this device.
+    """Show time against error for every method and precision.
 
-    Every method is tried in every precision, the march with a range of steps and tolerances, and Snell's law with its
-    paraxial form. Each is timed in turn with all others, and judged against certified answers. The table says which
-    ones nothing beats, the line below it which one a wanted accuracy needs: that of the study, or 0.05 px. Table, CSV
-    and plots hold the same figures. It takes a minute or two, and needs lenscl[accuracy,plot].
+    The scene of a study is traced by every method in every precision, by the march with a range of steps and
+    tolerances, and with Snell's law in its paraxial form. All are timed in turn, and their errors are measured
+    against certified answers. The table marks the Pareto-optimal ones. The line below it names the one that a wanted
+    accuracy needs: that of the study, or 0.05 px. Table, CSV and plots hold the same figures. It takes a minute or
+    two, and needs lenscl[accuracy,plot].
 
     \b
     Example:

@@ -30,20 +30,20 @@ _AS_FLOAT32 = "; all are those of the file, whose float32 numbers lose more than
 @set_option
 @click.option(
     "-i", "--image", type=click.Path(path_type=Path), metavar="IMAGE",
-    help="The picture to paint with; default: the study's first.",
+    help="Picture to paint; default: the first one of the study.",
 )  # fmt: skip
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", required=True,
-    help="File to write; its ending says the format.",
+    help="File to write; its suffix selects the format.",
 )  # fmt: skip
 def render(study_path: Path, overrides: tuple[str, ...], image: Path | None, output: Path) -> None:
-    """Paint one picture as a study's scene shows it, its axes left out.
+    """Paint one picture through the scene of a study.
 
-    With effects.caustics it is the picture itself that is painted, of the size picture.size, in the light that the
-    source sends there through the lenses.
+    The scene has the values of the study's own tables; sweep axes are ignored. With effects.caustics the result is
+    the picture itself, of the size picture.size, in the light that the source sends there through the lenses.
 
-    A sample of the rays is checked by laws that every path obeys. Where some fail the file is written all the same,
-    standard error says which and why, and the exit code is 3.
+    A sample of the rays is tested against laws that every path obeys. If some rays fail, the file is still written,
+    standard error names them and the reason, and the exit code is 3.
 
     \b
     Example:
@@ -69,24 +69,23 @@ def render(study_path: Path, overrides: tuple[str, ...], image: Path | None, out
 )  # fmt: skip
 @click.option(
     "--error", "with_error", is_flag=True,
-    help="Add a bound on the error of every place: a channel or array called error.",
+    help="Add a bound on the error of every pixel, as a channel or array called error.",
 )  # fmt: skip
 def map_(study_path: Path, overrides: tuple[str, ...], output: Path, with_error: bool) -> None:
-    """Write where every film pixel looks, without any picture.
+    """Write the ray map: where each film pixel lands.
 
-    An EXR file is an ST map as compositors read it: red s, green 1 - t, alpha 1 on the picture. An NPZ file holds
-    every array of the ray map, the samples of effects.antialias and the irradiance of effects.caustics among them, and
-    the scene. With effects.dispersion the rays' arrays have an axis of wavelengths in front, and only an NPZ file
-    holds them; nor does an EXR file hold samples or irradiance.
+    An EXR file is an ST map for compositors: red is s, green is 1 - t, alpha is 1 on the picture. An NPZ file holds
+    every array of the ray map and the scene. Wavelengths of effects.dispersion, samples of effects.antialias, and the
+    irradiance of effects.caustics are in NPZ files only.
 
     With --error each pixel has a bound on the error of s and t, the larger of the two, against exact physics of the
-    scene as written, in picture coordinates; in an EXR what its single precision loses is added. The bound compares:
-    every ray is traced again in double precision, and the distance to that is added to what all roundings of double may
-    make of the place. It is -1 where the ray has no place, where rounding may decide its path, or where it is too large
-    to be counted. It is validated, not proved: see the README.
+    scene as written, in picture coordinates. The bound adds the distance to the same ray in double precision, and all
+    rounding errors of double precision on that path; in an EXR file, also the rounding of the file's single
+    precision. The bound is -1 where the ray has no place, where rounding may decide its path, or where a first-order
+    bound is too large. It is validated, not proved.
 
-    A sample of the rays is checked by laws that every path obeys. Where some fail the file is written all the same,
-    standard error says which and why, and the exit code is 3.
+    A sample of the rays is tested against laws that every path obeys. If some rays fail, the file is still written,
+    standard error names them and the reason, and the exit code is 3.
 
     \b
     Example:

@@ -18,7 +18,9 @@ _PICTURE_SIZE = 512
 @click.command()
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 def new(folder: Path) -> None:
-    """Make a folder with a commented starter study and pictures to look at; the program draws them itself.
+    """Make a starter study with pictures.
+
+    The study is commented, and the program draws the pictures itself.
 
     \b
     Example:

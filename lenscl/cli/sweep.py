@@ -35,15 +35,15 @@ _MOST_NAMED = 10  # failures named one by one in a summary
     help="Folder for images and table; default out/<study>, below the current folder.",
 )  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="List points, pictures, outputs and kernels as CSV; make nothing.")
-@click.option("--fresh", is_flag=True, help="Remove what earlier runs made in the folder, and start over.")
+@click.option("--fresh", is_flag=True, help="Remove the results of earlier runs in the folder, and start over.")
 @set_option
 def sweep(study_path: Path, out: Path | None, dry_run: bool, fresh: bool, overrides: tuple[str, ...]) -> None:
-    """Paint a folder of pictures through every point of a study.
+    """Paint every picture through every point of a study.
 
-    Goes on where an earlier run ended, however it ended: only what is missing, failed or changed is made. Rows go to
-    standard output as CSV, one for each point and picture, progress and a summary to standard error. A picture or
-    point that fails does so alone, and the command then ends with exit code 3. So it does where self-checks of a
-    point's rays failed: its images are made and kept, and their rows say so under `error`, in later runs as well.
+    A sweep resumes where an earlier run of it ended: it makes what is missing, failed or changed. Rows go to standard
+    output as CSV, one for each point and picture; progress and a summary go to standard error. A picture or point
+    that fails does so alone, and the exit code is then 3. If the self-checks of a point fail, its images are kept,
+    its rows say so under `error`, in later runs too, and the exit code is 3.
 
     What no image could be made without (a device, room on the disk, the folder) ends the sweep with exit code 1, or 4
     for the device; what was made is noted, and the same command goes on from there.
@@ -65,13 +65,13 @@ def sweep(study_path: Path, out: Path | None, dry_run: bool, fresh: bool, overri
 
 @click.command()
 @click.argument("folder", metavar="OUT", type=click.Path(path_type=Path))
-@click.option("--csv", "as_csv", is_flag=True, help="Write CSV, as the sweep printed it.")
+@click.option("--csv", "as_csv", is_flag=True, help="Write CSV, in the form that sweep prints.")
 @click.option("--parquet", "as_parquet", is_flag=True, help="Not available in this version.")
 @click.argument("file", metavar="[FILE]", required=False, type=click.Path(path_type=Path))
 def export(folder: Path, as_csv: bool, as_parquet: bool, file: Path | None) -> None:
-    """Write the table of a sweep, to FILE or to standard output.
+    """Write the table of a sweep as CSV.
 
-    Rows not made yet have neither output nor error.
+    The table goes to FILE, or to standard output. Rows that are not made yet have neither output nor error.
 
     \b
     Example:

@@ -310,6 +310,11 @@ def _table(rows: Any) -> Index:
 
 
 _FORMULAS: dict[str, Callable[[Any], Index]] = {"sellmeier": _sellmeier, "cauchy": _cauchy, "table": _table}
+_FORMULA_ABOUT = {
+    "sellmeier": "Sellmeier coefficients [B1, B2, ..., C1, C2, ...], each C in square micrometres.",
+    "cauchy": "Cauchy coefficients [A, B, C, ...] of A + B/L^2 + C/L^4 + ..., L in micrometres.",
+    "table": "Pairs [nm, n], two or more, rising in nm.",
+}
 _ABBE = {
     "nd": Number(low=1.0, high=HIGHEST_N, what="a refractive index at the d line, a number from 1"),
     "vd": Number(above=0.0, what="an Abbe number, positive"),
@@ -327,17 +332,22 @@ INDEX_SCHEMA: dict[str, Any] = {
         *(
             {
                 "type": "object",
-                "properties": {kind: {"type": "array"}},
+                "properties": {kind: {"type": "array", "description": about}},
                 "required": [kind],
                 "additionalProperties": False,
             }
-            for kind in _FORMULAS
+            for kind, about in _FORMULA_ABOUT.items()
         ),
         {
             "type": "object",
             "properties": {
-                "nd": {"type": "number", "minimum": 1, "maximum": HIGHEST_N},
-                "vd": {"type": "number", "exclusiveMinimum": 0},
+                "nd": {
+                    "type": "number",
+                    "minimum": 1,
+                    "maximum": HIGHEST_N,
+                    "description": "Refractive index at the d line, 587.5618 nm.",
+                },
+                "vd": {"type": "number", "exclusiveMinimum": 0, "description": "Abbe number, (nd - 1) / (nF - nC)."},
             },
             "required": list(_ABBE),
             "additionalProperties": False,

@@ -69,26 +69,26 @@ class Point:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
-    """What `lenscl sweep` carries out.
+    """A scene, the points of its sweep, its images and its output.
 
     Attributes
     ----------
     title : str
-        For reports; the file's name where the study says nothing.
+        The title; the file's name if the study has none.
     scene : Scene
-        The scene at the values written in its own tables.
+        The scene with the values of its own tables.
     path : Path or None
         The file it came from.
     folder : Path
-        What `picture.images` and `effects.environment` are relative to.
+        The folder that `picture.images` and `effects.environment` are relative to.
     images : tuple of Path
         The files that `picture.images` matches, sorted; see `require_images`.
     sweep : Sweep
-        Which points there are.
+        The points.
     output : Output
-        What is written.
+        The form of the output.
     overrides : mapping
-        What `with_overrides` changed.
+        The values that `with_overrides` set.
     """
 
     title: str
@@ -219,13 +219,13 @@ def load_study(path: str | Path, overrides: Mapping[str, Any] | None = None) -> 
     path : str or Path
         A TOML file; `picture.images` is relative to its folder.
     overrides : mapping, optional
-        Keys to set before anything is judged, as `Study.with_overrides` takes them: what is set need not be right, or
-        there, in the file.
+        Values by key, as `Study.with_overrides` takes them. They are set before the file is validated, so a key may be
+        missing or invalid in the file.
 
     Raises
     ------
     StudyError
-        With every problem, each led by its key, or by the file where it cannot be read at all.
+        With every problem, each with its key; with the file's name if it cannot be read.
     """
     file = Path(path)
     return study_from_toml(read_text(file), folder=file.parent, path=file, overrides=overrides)
@@ -299,7 +299,7 @@ def _read_study(document: dict[str, Any], folder: Path, path: Path | None) -> St
 
 
 def scene_from_toml(text: str) -> Scene:
-    """Return the scene of a study's text; the study is checked whole, its sweep and output are then left out.
+    """Return the scene of a study's text. The whole study is validated; its sweep and output are ignored.
 
     Raises
     ------

@@ -66,109 +66,146 @@ class Table(BaseModel):
 class SourceTable(Table):
     """Where rays start."""
 
-    kind: Annotated[str, *_words("point", "parallel")] = Field("point", description="A point, or parallel light.")
-    at: Vector | None = Field(None, description='Where the point is; for kind = "point".')
-    direction: Direction | None = Field(None, description="Where parallel light goes, of any length.")
+    kind: Annotated[str, *_words("point", "parallel")] = Field(
+        "point", description="Kind of source: a point, or parallel light."
+    )
+    at: Vector | None = Field(None, description="Position of the point source.")
+    direction: Direction | None = Field(None, description="Direction of parallel light; its length does not matter.")
 
 
 class FilmTable(Table):
     """The first screen: a parallelogram of pixels that each send one ray."""
 
-    corner: Vector | None = Field(None, description="Outer corner of pixel (0, 0); or give centre.")
-    centre: Vector | None = Field(None, description="Middle of the film; or give corner.")
-    right: Direction = Field(description="Along a row, its whole width.")
-    down: Direction = Field(description="Along a column, its whole height.")
-    scale: Factor = Field(1.0, description="Multiplies both spans; corner or centre stays where it was given.")
-    size: Size = Field(description="Columns and rows.")
+    corner: Vector | None = Field(None, description="Outer corner of pixel (0, 0); alternative: centre.")
+    centre: Vector | None = Field(None, description="Middle of the film; alternative: corner.")
+    right: Direction = Field(description="Vector along a row, from the left edge to the right edge.")
+    down: Direction = Field(description="Vector along a column, from the upper edge to the lower edge.")
+    scale: Factor = Field(1.0, description="Factor on both spans; the given corner or centre stays in place.")
+    size: Size = Field(description="Number of columns and rows.")
 
 
 class PictureTable(Table):
     """The second screen: a parallelogram that carries an image."""
 
-    corner: Vector | None = Field(None, description="Where (s, t) = (0, 0); or give centre.")
-    centre: Vector | None = Field(None, description="Middle of the picture; or give corner.")
-    right: Direction = Field(description="Along s, the whole width.")
-    down: Direction = Field(description="Along t, the whole height.")
-    scale: Factor = Field(1.0, description="Multiplies both spans; corner or centre stays where it was given.")
-    images: Images | None = Field(None, description="Files to paint, as patterns relative to the study file.")
-    size: Size = Field((1024, 1024), description="What a picture pixel is where there is no image.")
-    outside: Colour = Field((0.0,), description="Colour of a ray that misses the picture.")
-    filter: Annotated[str, *_words("nearest", "bilinear", "bicubic")] = Field("bilinear", description="Interpolation.")
+    corner: Vector | None = Field(None, description="Corner where (s, t) = (0, 0); alternative: centre.")
+    centre: Vector | None = Field(None, description="Middle of the picture; alternative: corner.")
+    right: Direction = Field(description="Vector along s, over the whole width.")
+    down: Direction = Field(description="Vector along t, over the whole height.")
+    scale: Factor = Field(1.0, description="Factor on both spans; the given corner or centre stays in place.")
+    images: Images | None = Field(None, description="Image files, as paths or patterns relative to the study file.")
+    size: Size = Field(
+        (1024, 1024),
+        description="Columns and rows that define a picture pixel where there is no image, and the cells of caustics.",
+    )
+    outside: Colour = Field((0.0,), description="Display colour of a ray that misses the picture.")
+    filter: Annotated[str, *_words("nearest", "bilinear", "bicubic")] = Field(
+        "bilinear", description="Interpolation between the pixels of an image."
+    )
     encoding: Annotated[str, *_words("srgb", "linear")] | None = Field(
-        None, description="How the image's numbers code light; left out: srgb for whole numbers, linear for floats."
+        None, description="How the image's numbers encode light; by default srgb for integers, linear for floats."
     )
     stops: Annotated[str | bool, *_auto()] = Field(
-        "auto", description="Whether rays end where they meet the picture first; auto: where it lies on or in a solid."
+        "auto", description="Whether the picture is a screen that ends rays; auto: only where it lies on or in a solid."
     )
 
 
 class MediumTable(Table):
-    """What is between the lenses."""
+    """The material around the lenses."""
 
-    n: Medium = Field(default_factory=lambda: material("vacuum"), description="Refractive index; vacuum if left out.")
+    n: Medium = Field(default_factory=lambda: material("vacuum"), description="Refractive index; vacuum by default.")
 
 
 class LensTable(Table):
-    """One solid of glass; keys beside these are the parameters of its surface."""
+    """One solid; all other keys are the parameters of its surface."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
     __pydantic_extra__: dict[str, Annotated[float, PlainValidator(checks.Number()), WithJsonSchema({"type": "number"})]]
 
-    name: Text | None = Field(None, description="Needed where there are several lenses.")
-    surface: Text = Field(description="A name of the catalogue, or an expression in x, y, z and its own parameters.")
-    bounds: Bounds | None = Field(None, description="Box that holds the solid of an expression, in local coordinates.")
-    planes: Planes | None = Field(
-        None, description="Of a polyhedron: [a, b, c, d] each, the solid being where a x + b y + c z <= d for all."
+    name: Text | None = Field(
+        None, description="The lens in keys of a sweep, lens.NAME.key; required with several lenses."
     )
-    centre: Vector = Field((0.0, 0.0, 0.0), description="Where the local origin is.")
-    stretch: Stretch = Field((1.0, 1.0, 1.0), description="Factors along the local axes; negative ones mirror.")
-    rotate: Vector = Field((0.0, 0.0, 0.0), description="Degrees about the fixed axes x, then y, then z.")
+    surface: Text = Field(description="A name of the catalogue, or an expression in x, y, z and its own parameters.")
+    bounds: Bounds | None = Field(
+        None, description="Box that contains the solid of an expression, in lens coordinates."
+    )
+    planes: Planes | None = Field(
+        None,
+        description="Planes [a, b, c, d] of a polyhedron; the solid is where a x + b y + c z <= d for all of them.",
+    )
+    centre: Vector = Field((0.0, 0.0, 0.0), description="Position of the origin of lens coordinates.")
+    stretch: Stretch = Field((1.0, 1.0, 1.0), description="Factors along the axes of the lens; negative ones mirror.")
+    rotate: Vector = Field((0.0, 0.0, 0.0), description="Angles in degrees about the fixed axes x, then y, then z.")
     n: Medium = Field(description="Refractive index inside.")
     absorption: Absorption = Field(
-        (0.0, 0.0, 0.0), description="Of red, green and blue inside: after a length L exp(-a L) is left."
+        (0.0, 0.0, 0.0),
+        description="Absorption coefficients a of red, green and blue, per scene unit: a length L transmits exp(-a L).",
     )
-    absorbs: Annotated[bool, *_flag()] = Field(False, description="Whether it is opaque: a stop, or a mount.")
+    absorbs: Annotated[bool, *_flag()] = Field(
+        False, description="Whether the solid is opaque, as a stop or a mount is."
+    )
     priority: Annotated[float, PlainValidator(checks.Number()), WithJsonSchema({"type": "number"})] = Field(
-        0.0, description="Where solids overlap, the one of higher priority is the medium; of equals, the later one."
+        0.0, description="Where solids overlap, the one of highest priority is the medium; of equals, the later one."
     )
 
 
 class NumericsTable(Table):
-    """How accurately to compute: `accuracy`, or by hand."""
+    """Accuracy, or method and precision."""
 
     accuracy: Wanted | None = Field(
         None,
-        description="How far off rays may land, for 99 % of those through a lens: pixels of the picture with px, else "
-        "scene units. Chooses the cheapest method, precision, snell, step and tolerance that meet it.",
+        description="Error allowed for 99 % of the rays through a lens: picture pixels with px, else scene units. "
+        "Selects the fastest method, precision, snell, step and tolerance.",
     )
-    method: Annotated[str, *_words("auto", *METHODS)] = Field("auto", description="How the next surface is found.")
+    method: Annotated[str, *_words("auto", *METHODS)] = Field(
+        "auto", description="Root search: how the next surface is found."
+    )
     precision: Annotated[str, *_words("single", "double", "mixed")] = Field(
-        "double", description="Floating point numbers used; mixed: found in single, polished and bent in double."
+        "double", description="Floating point precision; mixed: search in single, polish and refract in double."
     )
-    snell: Annotated[str, *_words("exact", "paraxial")] = Field("exact", description="The law of refraction.")
-    step: Factor = Field(0.01, description="Distance between samples of the march, in scene units.")
-    tolerance: Factor | None = Field(None, description="Width of a bracket the march accepts, in scene units.")
-    max_events: Annotated[int, *_whole(1, MOST_EVENTS)] = Field(64, description="Surfaces met before TRAPPED.")
+    snell: Annotated[str, *_words("exact", "paraxial")] = Field(
+        "exact", description="Law of refraction: Snell's law, or its paraxial approximation."
+    )
+    step: Factor = Field(0.01, description="Step of the march, in scene units.")
+    tolerance: Factor | None = Field(
+        None, description="Bracket width at which the march stops, in scene units; by default 1e-13, in single 1e-6."
+    )
+    max_events: Annotated[int, *_whole(1, MOST_EVENTS)] = Field(
+        64, description="Events after which a ray with one more event is TRAPPED."
+    )
 
 
 class OutputTable(Table):
-    """What is written."""
+    """Output files."""
 
     format: Annotated[str, *_words(*FORMATS)] = Field("png", description="Format of the painted images.")
 
 
 class SweepTable(Table):
-    """Which points there are; what the axes may be is checked in `sweep`."""
+    """Which points a study has; without it a study has one, its scene."""
 
-    mode: Annotated[str, *_words(*MODES)] = "grid"
-    samples: Annotated[int, *_whole(1, MOST_POINTS)] | None = None
-    seed: Annotated[int, *_whole(0, 2**63 - 1)] = 1
-    max_points: Annotated[int, *_whole(1, MOST_POINTS)] = 100_000
-    axes: Any = None
-    zip: Any = None
-    exclude: Any = None
-    include: Any = None
+    mode: Annotated[str, *_words(*MODES)] = Field(
+        "grid", description="Every combination of the axes' values, or a sample of the space that they span."
+    )
+    samples: Annotated[int, *_whole(1, MOST_POINTS)] | None = Field(
+        None, description="How many points a sampled mode takes; not for a grid."
+    )
+    seed: Annotated[int, *_whole(0, 2**63 - 1)] = Field(1, description="Of a sampled mode; equal seeds, equal points.")
+    max_points: Annotated[int, *_whole(1, MOST_POINTS)] = Field(
+        100_000, description="A sweep of more points than this is refused."
+    )
+    axes: Any = Field(None, description="The values of each key that varies; the last axis varies fastest.")
+    zip: Any = Field(None, description="Groups of axes of equal length that vary together.")
+    exclude: Any = Field(None, description="Points to drop: those that match every key of one of these tables.")
+    include: Any = Field(None, description="Points to add: keys and values; other keys keep the scene's own values.")
 
+
+# What a key is for, where no model of pydantic says it
+_TITLE = "What the study shows, in a line."
+_LENSES = "The lenses: one or more solids, each a table [[lens]]; they may lie in one another, touch or overlap."
+_ENVIRONMENT = (
+    'What the first surface reflects with fresnel = "split": a colour, an image file, or "picture" (the default).'
+)
+_EFFECTS_ABOUT = "Optional physics."
 
 SCENE_TABLES: dict[str, type[Table]] = {
     "source": SourceTable,
@@ -197,18 +234,30 @@ TOP_KEYS = ("title", "source", "film", "picture", "medium", "lens", "effects", "
 
 def study_schema() -> dict[str, Any]:
     """Return the JSON schema of a study file (draft 2020-12), for editors."""
-    properties: dict[str, Any] = {"title": {"type": "string"}}
+    properties: dict[str, Any] = {"title": {"type": "string", "description": _TITLE}}
     for name, table in SCENE_TABLES.items():
         properties[name] = _schema(table)
     properties["output"] = _schema(OutputTable)
     lens = _schema(LensTable)
     lens["additionalProperties"] = {"type": "number"}
-    properties["lens"] = {"type": "array", "minItems": 1, "maxItems": MOST_LENSES, "items": lens}
+    properties["lens"] = {
+        "type": "array",
+        "description": _LENSES,
+        "minItems": 1,
+        "maxItems": MOST_LENSES,
+        "items": lens,
+    }
     properties["effects"] = {
         "type": "object",
+        "description": _EFFECTS_ABOUT,
         "additionalProperties": False,
         "properties": {key: _effect_schema(effect) for key, effect in EFFECTS.items()}
-        | {ENVIRONMENT: {"anyOf": [{"type": "string", "minLength": 1}, {"type": "number", "minimum": 0}, _COLOUR]}},
+        | {
+            ENVIRONMENT: {
+                "description": _ENVIRONMENT,
+                "anyOf": [{"type": "string", "minLength": 1}, {"type": "number", "minimum": 0}, _COLOUR],
+            }
+        },
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -221,61 +270,78 @@ def study_schema() -> dict[str, Any]:
 
 
 def _effect_schema(effect: Effect) -> dict[str, Any]:
-    words = {"enum": list(effect.choices)}
+    words: dict[str, Any] = {"enum": list(effect.choices)}
+    about = {"description": f"{effect.model[:1].upper()}{effect.model[1:]}.", "default": effect.default}
     if effect.numbers is None:
-        return words
+        return about | words
     low, high = effect.numbers
     anyway: list[dict[str, Any]] = [words, {"type": "integer", "minimum": low, "maximum": high}]
     if effect.listed is not None:
         (fewest, most), (shortest, longest) = effect.listed, WAVELENGTH_LIMITS
         each = {"type": "number", "minimum": shortest, "maximum": longest}
         anyway.append({"type": "array", "items": each, "minItems": fewest, "maxItems": most})
-    return {"anyOf": anyway}
+    return about | {"anyOf": anyway}
 
 
 def _schema(table: type[Table]) -> dict[str, Any]:
     """Return the schema of one table; a value that may be left out may not be written as null, TOML having none."""
     schema = table.model_json_schema()
-    for key, entry in schema["properties"].items():
+    for entry in schema["properties"].values():
         choices = [choice for choice in entry.get("anyOf", ()) if choice != {"type": "null"}]
         if choices:
             del entry["anyOf"]
             entry.update(choices[0] if len(choices) == 1 else {"anyOf": choices})
         if entry.get("default", 0) is None:
             del entry["default"]
-        entry.setdefault("description", key)
     return schema
 
 
 def _sweep_schema() -> dict[str, Any]:
+    about = {key: field.description for key, field in SweepTable.model_fields.items()}
     triple = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+    kinds = {
+        "linspace": "Start, stop and count of values at equal distances, both ends included.",
+        "logspace": "Start, stop and count of values at equal ratios, both ends included; the ends are values.",
+        "range": "Start, stop and step; stop is included where a step hits it.",
+    }
     shapes: list[dict[str, Any]] = [
-        {"type": "object", "properties": {kind: triple}, "required": [kind], "additionalProperties": False}
-        for kind in ("linspace", "logspace", "range")
+        {
+            "type": "object",
+            "properties": {kind: {"description": meaning, **triple}},
+            "required": [kind],
+            "additionalProperties": False,
+        }
+        for kind, meaning in kinds.items()
     ]
     span = {
         "type": "object",
         "properties": {
-            "min": {"type": "number"},
-            "max": {"type": "number"},
-            "scale": {"enum": ["linear", "log"]},
+            "min": {"type": "number", "description": "Least value that a sampled mode draws."},
+            "max": {"type": "number", "description": "Greatest value that a sampled mode draws."},
+            "scale": {
+                "enum": ["linear", "log"],
+                "default": "linear",
+                "description": "Whether values or their logarithms are drawn evenly.",
+            },
         },
         "required": ["min", "max"],
         "additionalProperties": False,
     }
     axes = {"type": "object", "additionalProperties": {"anyOf": [{"type": "array", "minItems": 1}, *shapes, span]}}
     groups = {"type": "array", "items": {"type": "object", "minProperties": 1}}
+    properties: dict[str, dict[str, Any]] = {
+        "mode": {"enum": list(MODES), "default": "grid"},
+        "samples": {"type": "integer", "minimum": 1},
+        "seed": {"type": "integer", "minimum": 0, "default": 1},
+        "max_points": {"type": "integer", "minimum": 1, "maximum": MOST_POINTS, "default": 100_000},
+        "axes": axes,
+        "zip": {**groups, "items": axes},
+        "exclude": groups,
+        "include": groups,
+    }
     return {
         "type": "object",
+        "description": SweepTable.__doc__,
         "additionalProperties": False,
-        "properties": {
-            "mode": {"enum": list(MODES)},
-            "samples": {"type": "integer", "minimum": 1},
-            "seed": {"type": "integer", "minimum": 0},
-            "max_points": {"type": "integer", "minimum": 1, "maximum": MOST_POINTS},
-            "axes": axes,
-            "zip": {**groups, "items": axes},
-            "exclude": groups,
-            "include": groups,
-        },
+        "properties": {key: {"description": about[key]} | entry for key, entry in properties.items()},
     }

@@ -29,7 +29,7 @@ _build_lock = threading.Lock()
 
 
 def compile_count(kind: str = "trace") -> int:
-    """Return how many programs of a kind were built in this process; programs fetched again are not counted."""
+    """Return the number of programs of a kind that were built in this process; reused programs do not count."""
     return _built[kind]
 
 

@@ -201,7 +201,7 @@ NESTED: Fact = "solids may touch or overlap"
 _ROWS = (
     Effect(
         key="absorption",
-        model="Beer-Lambert: after a length L inside a lens exp(-a L) is left, for red, green and blue; opaque lenses",
+        model="Beer-Lambert: a length L inside a lens transmits exp(-a L) of red, green and blue; opaque lenses",
         default="auto",
         variants={
             True: (
@@ -233,7 +233,7 @@ _ROWS = (
     ),
     Effect(
         key="total_reflection",
-        model="where Snell's law leaves no refracted ray, the law of reflection; or the ray ends there",
+        model="where Snell's law has no solution, the ray is reflected, or it ends",
         default="auto",
         variants={
             "follow": (Variant(name="follow_total_reflection", steers=True, fact=TOTAL, uses=("mirrored",)),),
@@ -244,7 +244,7 @@ _ROWS = (
     ),
     Effect(
         key="fresnel",
-        model="Fresnel's equations (Born & Wolf, Principles of Optics, 7th ed., sec. 1.5): power that is refracted",
+        model="Fresnel's equations (Born & Wolf, Principles of Optics, 7th ed., sec. 1.5): transmitted power",
         default=False,
         variants={
             True: (_FRESNEL,),
@@ -344,7 +344,7 @@ _ROWS = (
     ),
     Effect(
         key="footprint",
-        model="the map's derivative in closed form, by ray differentials (Igehy, SIGGRAPH 1999); pictures are filtered",
+        model="Jacobian of the map in closed form, by ray differentials (Igehy, SIGGRAPH 1999); filters pictures",
         default=False,
         variants={
             True: (
@@ -379,7 +379,7 @@ _ROWS = (
     ),
     Effect(
         key="caustics",
-        model="the light on the picture: tubes of rays keep the flux that the source sends through a film pixel",
+        model="light on the picture: tubes of rays carry the flux that the source sends through each film pixel",
         default=False,
         variants={True: ()},
         beside="the corners of the film's pixels, by the same kernel",

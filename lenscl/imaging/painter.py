@@ -86,46 +86,49 @@ def paint(
     encoding: str | None = None,
     outside: ArrayLike = 0,
 ) -> NDArray[Any]:
-    """Colour every film pixel from the place on the picture that its ray found.
+    """Return the picture as the film sees it: each film pixel takes the colour at the place where its ray lands.
 
     Parameters
     ----------
     raymap : RayMap
-        Rays of status PICTURE take their colour at `st`, all others take `outside`. Where its effects say what gets
-        through (`transmittance`, `transmission`), colours are dimmed by that in linear light; a picture without colour
-        by what is left of the luminance of white. With `jacobian` each colour is the mean over the pixel's footprint:
-        up to 16 x 16 places by the filter, on a pyramid of means where the footprint is 8 picture pixels wide or more
-        than 16 long. Beyond the picture its edges go on; edges of the lens are not softened. A pixel with `samples` is
-        the mean of what they find, in linear light and each of the same weight, whatever its status. With `wavelengths`
-        each of them adds its part of the light at its own place, outside likewise; alpha is the mean. Integers cut off
-        colours beyond sRGB, and a picture without colour gets the luminance alone: give it as RGB to see its fringes.
+        A ray of status PICTURE takes the colour at `st`; every other ray takes `outside`. Arrays of effects change the
+        colour:
+
+        - `transmittance` and `transmission` multiply it, in linear light. A grey picture takes the luminance of what
+          they leave of white.
+        - `jacobian`: it is the mean over the pixel's footprint, of up to 16 x 16 places. A footprint that is 8 picture
+          pixels wide, or more than 16 long, takes places of a coarser level of an image pyramid. Beyond the picture,
+          its edge pixels continue. Edges of the lens stay hard.
+        - `samples`: it is the mean over the samples of a pixel, in linear light and with equal weights, whatever their
+          status.
+        - `wavelengths`: each wavelength adds its share of the light at its own place; `outside` likewise. Alpha is the
+          mean. Integers clip colours beyond sRGB. A grey picture takes the luminance; give it as RGB to see fringes.
     pixels : array, shape (H, W, C) or (H, W)
         uint8, uint16, float16, float32 or float64; C = 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA. The picture and the
         result must each fit into one allocation of the device.
     filter : str
-        "nearest" copies the pixel (floor(t H), floor(s W)) bit for bit; "bilinear" mixes 2 x 2 samples, "bicubic"
-        (Catmull-Rom, which passes through the samples and overshoots at hard edges) 4 x 4.
+        "nearest" copies the pixel (floor(t H), floor(s W)) bit for bit. "bilinear" mixes 2 x 2 samples. "bicubic" mixes
+        4 x 4 (Catmull-Rom: it passes through the samples and overshoots at hard edges).
     encoding : str, optional
         "srgb" or "linear"; default "srgb" for integers, "linear" for floats.
     outside : number or sequence
-        In the pixels' own numbers (0 to 255 for uint8): one for all colours, or one a colour, or one a channel. Where
-        alpha is not given it is 1.
+        In the numbers of the pixels (0 to 255 for uint8): one number, one for each colour, or one for each channel.
+        Alpha is 1 by default.
 
     Returns
     -------
     array, shape (rows, columns, C) or (rows, columns)
-        Of the dtype of `pixels`. A picture of one colour stays exactly that colour (sRGB-encoded floats to rounding).
-        Where the mixed alpha of an integer picture is 0, the colour is that of the pixel nearest to where the film
-        pixel's own ray lands. A pixel that is NaN or Inf makes the places NaN or Inf whose mix includes it, and no
-        others; with `jacobian` all that its levels lead to.
+        Of the dtype of `pixels`. A picture of one colour keeps exactly that colour (sRGB-encoded floats: to rounding).
+        Where the mixed alpha of an integer picture is 0, the colour is that of the pixel nearest to the landing place.
+        A pixel that is NaN or Inf affects only the places whose mix includes it; with `jacobian`, only those whose
+        pyramid levels include it.
 
     Raises
     ------
     StudyError
-        If an argument is not one of those above, or no wavelength of the map is seen; the message says which and what
-        is.
+        If an argument is not valid, or no wavelength of the map is visible; the message says which and what is valid.
     TraceError
-        If the device has not the memory.
+        If the device has too little memory.
     """
     return Painter(raymap).paint(pixels, filter=filter, encoding=encoding, outside=outside)
 

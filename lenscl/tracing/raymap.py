@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from inspect import cleandoc
 from typing import Any
 
 import numpy as np
@@ -34,35 +35,35 @@ _DESCRIBED = tuple(each.name for each in fields(Device) if each.compare)  # what
 class _Rays(ArrayValue):
     """The ends of rays. Lengths are in scene units; real arrays have the precision traced (float32 or float64).
 
-    With `effects.dispersion` every array of rays has one more axis in front, of the K wavelengths: `st` is of shape
-    (K, ..., 2), and the attribute `wavelengths`, float64 of shape (K,), has them in nm.
+    With `effects.dispersion` every array of rays has a leading axis of the K wavelengths: `st` has the shape
+    (K, ..., 2). The attribute `wavelengths`, float64 of shape (K,), has the wavelengths in nm.
 
     Attributes
     ----------
     st : real array, shape (..., 2)
-        Picture coordinates: s along right, t along down, both in [0, 1) on the picture; (-1, -1) where the status
-        says that the ray has no place on the picture's plane.
+        Picture coordinates: s along right, t along down, both in [0, 1) on the picture; (-1, -1) where the ray has no
+        place on the picture's plane.
     status : uint8 array, shape (...)
         Values of `RayStatus`.
     events : uint8 array, shape (...)
-        Surfaces met: entries, exits and total reflections. 0 says that the ray missed every lens.
+        Number of surfaces met: entries, exits and total reflections. 0: the ray missed every lens.
     origin, direction : real array, shape (..., 3)
         The last straight leg: its start, a surface point or the source, and its unit direction.
     trace_seconds : float
         Device time of all launches.
     escalated : int
-        How many rays were undecided in single precision and traced again in double.
+        Number of rays that were undecided and traced again in higher precision.
     kernel : KernelSource
-        What traced them; of the escalated ones, all but their precision.
+        The kernel. That of escalated rays differs in precision.
     scene : Scene
-        What was traced, with any method or precision asked for in the call.
+        What was traced, with the method and precision of the call.
     device : Device
-        Where. Of rays that were pickled it is looked up when first read: the same device, else one of its name, else
-        the one that is chosen unasked.
+        Where it was traced. For unpickled rays it is looked up when first read: the same device, else one of its name,
+        else the default one.
     added : mapping of str to array
-        What the scene's effects add, by name. Each is an attribute, too: `raymap.path_length`, or `raymap.jacobian`,
-        d(s, t)/d(row, column) of shape (..., 2, 2): 0 where the ray has no place, of no meaning on an edge. For given
-        rays it is of the pencil that the film's rays form, from the ray's own start or along its own direction.
+        The arrays of effects, by name. Each is an attribute as well: `raymap.path_length`, or `raymap.jacobian`,
+        d(s, t)/d(row, column) of shape (..., 2, 2). The Jacobian is 0 where the ray has no place, and has no meaning on
+        an edge. For given rays it is that of the pencil of the film's rays, moved to the ray's own start or direction.
 
     Equality compares the rays, the scene, the kernel and the device's description, and not `trace_seconds`. A pickle
     holds no device, only its description; reading arrays from it starts no driver.
@@ -107,7 +108,7 @@ class _Rays(ArrayValue):
     def magnification(self) -> NDArray[np.float64]:
         """Area of a film pixel's footprint on the picture over the pixel's own, shape (...); 0 without a place.
 
-        With `footprint`, to first order: |det jacobian| times the picture's area over the pixel's, both in scene units.
+        With `footprint`, to first order: abs(det(jacobian)) times the picture's area over the pixel's, in scene units.
         Light that the film sends to the picture is spread over so much more; towards a fold it goes to 0.
         """
         film, picture = self.scene.film, self.scene.picture
@@ -252,13 +253,13 @@ class Caustic(ArrayValue):
 class RayMap(_Rays):
     """Where the ray of every film pixel lands; arrays of shape (rows, columns, ...).
 
-    `origin` and `direction` are three times as large as the rest and seldom asked for: they are traced when first
-    read. `trace_seconds` does not count that. `samples` are the further rays of a scene with `effects.antialias`, a
-    `Samples`, else None; `caustic` is the light on the picture with `effects.caustics`, a `Caustic`, else None. What
-    those take is counted in `trace_seconds` and `escalated`. `legs` is the function that traces the last legs of a map.
+    `origin` and `direction` are traced when they are first read; `trace_seconds` does not count that. `samples` has the
+    further rays of `effects.antialias`, a `Samples`, else None. `caustic` is the light on the picture with
+    `effects.caustics`, a `Caustic`, else None. `trace_seconds` and `escalated` count both. `legs` is the function that
+    traces the last legs of a map.
     """
 
-    __doc__ = f"{__doc__}\n\n{_Rays.__doc__}"
+    __doc__ = f"{cleandoc(__doc__)}\n\n{cleandoc(str(_Rays.__doc__))}"
 
     legs: Callable[[RayMap], tuple[NDArray[Any], NDArray[Any]]] = field(repr=False, compare=False)
     samples: Samples | None = field(default=None, repr=False)
@@ -326,7 +327,7 @@ class _LegsOfLayer:
 class RayPaths(_Rays):
     """Where given rays land; arrays of shape (N, ...)."""
 
-    __doc__ = f"{__doc__}\n\n{_Rays.__doc__}"
+    __doc__ = f"{cleandoc(__doc__)}\n\n{cleandoc(str(_Rays.__doc__))}"
 
     origin: NDArray[Any] = field(repr=False)
     direction: NDArray[Any] = field(repr=False)

@@ -7,6 +7,7 @@ import sys
 
 import click
 import pytest
+from click.testing import CliRunner
 from patience import PATIENCE
 
 from lenscl.cli import main
@@ -44,6 +45,14 @@ def test_an_example_is_a_command_line_that_is_understood(name: str, line: str) -
     command = main.commands[words[1]]
     context = command.make_context(words[1], words[2:])  # raises for an option or argument that does not exist
     assert context.params or not command.params
+
+
+def test_the_list_of_commands_has_whole_sentences(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    listed = CliRunner().invoke(main, ["--help"]).stdout.split("Commands:")[1].splitlines()
+    rows = [line.split(maxsplit=1) for line in listed if line.strip()]
+    assert sorted(name for name, _ in rows) == COMMANDS
+    assert all(sentence.endswith(".") and not sentence.endswith("...") for _, sentence in rows)
 
 
 def test_a_command_without_an_example_would_be_noticed() -> None:

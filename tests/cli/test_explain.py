@@ -198,8 +198,8 @@ def test_a_pixel_that_is_none_is_refused(lenscl, study_path: Path, arguments: tu
 
 def test_the_help_says_what_it_does_with_a_pixel_and_without(lenscl) -> None:
     text = " ".join(lenscl("explain", "--help").stdout.split())
-    assert "Without --pixel it is a table" in text
-    assert "With --pixel it is the path" in text
+    assert "Without --pixel it prints a table" in text
+    assert "With --pixel it prints the path" in text
 
 
 def test_effects_have_a_table_of_their_own(lenscl, study_path: Path) -> None:

@@ -181,8 +181,8 @@ def test_an_unknown_function_comes_with_those_that_there_are():
         assert all(f"{known}" in caught.value.message.split("functions are")[1] for known in FUNCTIONS)
 
 
-def test_the_readme_names_every_function_and_constant():
-    text = (Path(__file__).parents[2] / "README.md").read_text()
+def test_the_documentation_names_every_function_and_constant():
+    text = (Path(__file__).parents[2] / "docs" / "lenses.md").read_text(encoding="utf-8")
     (listed,) = re.findall(r"An expression is made of .*?\n\n", text, re.DOTALL)
     named = set(re.findall(r"`(\w+)(?:\([\w, ]*\))?`", listed))
     assert named - {"v", "F"} == {*FUNCTIONS, *CONSTANTS}

@@ -145,10 +145,10 @@ def test_rays_that_cannot_be_told_have_a_reason(pack: Pack) -> None:
     assert seen >= {"no value of F", "multiple root", "edge", "start on a surface", "screen"}
 
 
-def test_the_readme_says_how_large_it_is(pack: Pack) -> None:
+def test_the_documentation_says_how_large_it_is(pack: Pack) -> None:
     rays = sum(len(each.answers.status) for each in pack.expected.values())
     said = f"{len(pack.cases)} scenes with {round(rays, -3):,} rays"
-    assert said in (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    assert said in (Path(__file__).parents[2] / "docs" / "hard-cases.md").read_text(encoding="utf-8")
 
 
 def test_each_case_holds_rays_firmly_in_double(pack: Pack) -> None:
