@@ -39,3 +39,6 @@
 #undef tan_v
 #undef no_root
 #undef one_step
+#undef zone_t
+#undef no_zone
+#undef zones_of

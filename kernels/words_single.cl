@@ -41,3 +41,6 @@
 #define tan_v single_tan_v
 #define no_root single_no_root
 #define one_step single_one_step
+#define zone_t single_zone_t
+#define no_zone single_no_zone
+#define zones_of single_zones_of

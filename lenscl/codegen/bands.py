@@ -25,6 +25,7 @@ from lenscl.expr import (
     twice_text,
 )
 from lenscl.expr.graph import node, walk
+from lenscl.expr.joined import MOST_LEAVES
 from lenscl.expr.jumps import STEPS
 from lenscl.expr.planar import MOST_PLANES
 from lenscl.expr.poles import OneSided, one_sided
@@ -32,7 +33,7 @@ from lenscl.lenses import Surface
 
 _AXES = "xyz"
 _KINDS = ("linear", "quadratic", "cubic", "quartic")  # polynomials of kernels/interval_polynomials.cl, by degree
-_MOST_LEAVES = 8  # each has bands and parabolas of its own
+_MOST_LEAVES = MOST_LEAVES  # each has bands and parabolas of its own
 _MOST_FORKS = 3  # floors of which both sides of a jump are looked at in turn: by 2^3 bands at most
 _INNER = 2  # degree of what a part is made of, as far as roundings are followed
 _HORNER = 4  # roundings a degree for the sums that follow, twice over to cover terms of second order
@@ -75,7 +76,7 @@ def _functions(prefix: str, surface: Surface, precision: Precision, write_parts:
         (
             _parts_struct(prefix, kinds),
             write_parts(prefix, surface, parts, finish, precision),
-            _leaves_text(prefix, joined, len(leaves)),
+            leaves_text(prefix, joined, len(leaves)),
             _bands_function(prefix, "bands", surface, leaves, bands, floors, precision),
             _bands_function(prefix, "start_bands", surface, leaves, starts, floors, precision),
             _bands_function(prefix, "slope_bands", surface, leaf_slopes, bands | slopes, floors, precision, leaves),
@@ -252,7 +253,7 @@ def _sum_of_sizes(coefficients: Iterable[Expr]) -> Expr:
     return total
 
 
-def _leaves_text(prefix: str, joined: Expr, count: int) -> str:
+def leaves_text(prefix: str, joined: Expr, count: int) -> str:
     """Return how many leaves there are, and the function that joins numbers of theirs as F joins their values."""
 
     def spelled(tree: Expr) -> str:
