@@ -37,11 +37,13 @@ static inline zone_t zones_of(const realv a[3], realv noise, zone_t *second) {
   const realv one = tip / a[2], other = a[0] / tip;
   const realv roots[2] = {one < other ? one : other, one < other ? other : one};
   realv reach[2];
+  maskv behind[2];  // roots before the start, if they are near it
   maskv simple = square > doubt;
 #pragma unroll
   for (int i = 0; i < 2; ++i) {
     const realv t = roots[i];
-    const realv slope = abs_v(a[1] + (realv)2 * a[2] * t);
+    const realv rises = a[1] + (realv)2 * a[2] * t, slope = abs_v(rises);
+    behind[i] = not_lane(starts_on) & (rises * a[0] > (realv)0);
     const realv off = (realv)2 * (abs_v(a[0] + t * (a[1] + t * a[2])) + (realv)4 * noise) / slope;
     reach[i] = off + (realv)(4 * REAL_EPSILON) * abs_v(t);
     simple = simple & not_lane((realv)4 * bend * off > slope);
@@ -53,7 +55,7 @@ static inline zone_t zones_of(const realv a[3], realv noise, zone_t *second) {
   for (int i = 0; i < 2; ++i) {
     zones[i] = no_zone();
     const realv low = roots[i] - reach[i], high = roots[i] + reach[i];
-    const maskv meets = simple & not_lane(never) & (high > (realv)0) & (low < (realv)1);
+    const maskv meets = simple & not_lane(never | (behind[i] & (low <= (realv)0))) & (high > (realv)0) & (low < (realv)1);
     zones[i].low = meets ? low : NEVER;
     zones[i].high = meets ? high : NEVER;
     zones[i].flips = meets;
