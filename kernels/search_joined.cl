@@ -150,13 +150,15 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
     const maskv lost = steps & not_lane(over | found | waits);
     const realv held = holds ? max_v(low, clear) : clear;
 
-    // Keep the root, or where it is not known any more
+    // Keep the root, or where it is not known any more. A bracket from 0 says that the root there is divided out
+    const maskv departs = search.departs & (zero == leaf);
+    const realv from = max_v(low, departs ? (realv)0 : (realv)REAL_EPSILON * high);
     root.found = root.found | found;
-    root.low = found ? max_v(low, (realv)0) : root.low;
+    root.low = found ? from : root.low;
     root.high = found ? high : root.high;
     root.leaf = found ? number : root.leaf;
     root.undecided = root.undecided | lost | (passes & search.inside);
-    root.t = found ? (realv)NUMBER(0.5) * (max_v(low, (realv)0) + high) : (lost ? held : root.t);
+    root.t = found ? (realv)NUMBER(0.5) * (from + high) : (lost ? held : root.t);
 
     // Go on behind the zone, or ask
     clear = over ? max_v(high, clear) : (waits ? held : clear);
