@@ -2,7 +2,7 @@
 //
 // provides  SURFACE(isolate)()
 // needs     prelude, functions, search, zones; SURFACE(LEAVES), SURFACE(joined)(), SURFACE(IS_HARD)(), SURFACE(closed)(),
-//           SURFACE(errors_within)(), SURFACE(leaf_values)(), SURFACE(next_zone)()
+//           SURFACE(errors_within)(), SURFACE(errors_at)(), SURFACE(leaf_values)(), SURFACE(next_zone)()
 //
 // Max and min rise with their operands. So F has a sign for certain if it has that sign with all leaves that are not known
 // at their worst. Up to `clear` F holds its sign, by proof. The ray's next place of interest is the zone in which a leaf
@@ -21,10 +21,14 @@
 // several may be zero, and none is taken to be.
 static inline maskv SURFACE(zero_leaf)(const search_t *search, SURFACE(t) shape) {
   const real3v o = search->origin;
-  const real3v reach = {abs_v(o.x), abs_v(o.y), abs_v(o.z)};
+  const real3v size = {abs_v(o.x), abs_v(o.y), abs_v(o.z)};
+  const realv drifts = (realv)(4 * REAL_EPSILON) * search->length;  // a point that was computed on another way as long
+  const real3v drift = {drifts * abs_v(search->direction.x) + (realv)(4 * REAL_EPSILON) * size.x,
+                        drifts * abs_v(search->direction.y) + (realv)(4 * REAL_EPSILON) * size.y,
+                        drifts * abs_v(search->direction.z) + (realv)(4 * REAL_EPSILON) * size.z};
   realv value[SURFACE(LEAVES)], error[SURFACE(LEAVES)];
   SURFACE(leaf_values)(o, shape, value);
-  SURFACE(errors_within)(reach, shape, error);
+  SURFACE(errors_at)(size, drift, shape, error);
   realv nearest = (realv)REAL_MAX;
   maskv zero = (maskv)SURFACE(LEAVES), zeros = (maskv)0;
 #pragma unroll

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from lenscl.codegen.along import form_along
 from lenscl.codegen.bands import leaves_text
 from lenscl.codegen.text import Precision, function, shape_symbols, unlike
-from lenscl.expr import Expr, creased, degree, magnitude, number, polynomial, symbol
+from lenscl.expr import Expr, creased, degree, derivative_along, magnitude, number, polynomial, symbol
 from lenscl.expr.joined import CLOSED, MOST_LEAVES
 from lenscl.lenses import Surface
 
@@ -28,7 +28,7 @@ def joined_functions(prefix: str, surface: Surface, precision: Precision) -> str
         texts.append(f"#define {name}_t {prefix}_t\n")
         texts.append(form_along(name, surface, form, top, precision, starts_moved=True))
     texts.append(_closed_along(prefix, surface, list(leaves.values()), precision))
-    texts.append(_rounding(prefix, surface, list(leaves.values()), precision))
+    texts += [_rounding(prefix, surface, list(leaves.values()), precision, moves=moves) for moves in (False, True)]
     texts.append(_values(prefix, surface, list(leaves.values()), precision))
     texts.append(f"#define {prefix}_IS_HARD(leaf) ({sum(1 << leaf for leaf in hard)} >> (leaf) & 1)\n")
     return "\n".join(texts)
@@ -72,8 +72,13 @@ def _closed_along(prefix: str, surface: Surface, leaves: list[Expr], precision: 
     )
 
 
-def _rounding(prefix: str, surface: Surface, leaves: list[Expr], precision: Precision) -> str:
-    """Return the function of what the leaves may be wrong by where coordinates are of a size."""
+def _rounding(prefix: str, surface: Surface, leaves: list[Expr], precision: Precision, *, moves: bool) -> str:
+    """Return the function of what the leaves may be wrong by where coordinates are of a size.
+
+    If it `moves`, coordinates may be wrong by `drift`, too.
+    """
+    shape = shape_symbols(surface)
+    drift = {axis: symbol(unlike(f"drift_{axis}", shape)) for axis in _AXES} if moves else {}
     sizes: dict[str, Expr] = {}
     lines = []
     for leaf, form in enumerate(leaves):
@@ -81,12 +86,16 @@ def _rounding(prefix: str, surface: Surface, leaves: list[Expr], precision: Prec
         sizes[f"size_{leaf}"], roundings = magnitude(form, _AXES)
         own = 2 * roundings + (_HORNER + _MOVED) * top + _MOVED * roundings
         count = f"({own} + INPUT_ROUNDINGS * {2 * (roundings + top)})"
-        lines.append(f"error[{leaf}] = (realv)(REAL_EPSILON * {count}) * ({{size_{leaf}}});")
+        moved = f" + ({{moved_{leaf}}})" if moves else ""
+        if moves:
+            sizes[f"moved_{leaf}"] = derivative_along(sizes[f"size_{leaf}"], drift)
+        lines.append(f"error[{leaf}] = (realv)(REAL_EPSILON * {count}) * ({{size_{leaf}}}){moved};")
+    name, more = ("errors_at", ", real3v drift") if moves else ("errors_within", "")
     return function(
-        f"void {prefix}_errors_within(real3v p, {prefix}_t shape, realv error[{len(leaves)}])",
+        f"void {prefix}_{name}(real3v p{more}, {prefix}_t shape, realv error[{len(leaves)}])",
         sizes,
         "\n".join(lines),
-        {axis: f"p.{axis}" for axis in _AXES} | shape_symbols(surface),
+        {axis: f"p.{axis}" for axis in _AXES} | {str(drift[axis].name): f"drift.{axis}" for axis in drift} | shape,
         precision,
     )
 
