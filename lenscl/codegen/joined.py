@@ -42,7 +42,9 @@ def hard_leaves(surface: Surface) -> dict[int, Expr]:
 
 def leaves_dispatched(prefix: str, hard: Collection[int]) -> str:
     """Return the function that searches a leaf by its number."""
-    calls = "".join(f"  if (leaf == {k}) return {prefix}_leaf_{k}_next_zone(search, shape, start, end, looks);\n" for k in hard)
+    calls = "".join(
+        f"  if (leaf == {k}) return {prefix}_leaf_{k}_next_zone(search, shape, start, end, looks);\n" for k in hard
+    )
     return (
         f"static inline zone_t {prefix}_next_zone(int leaf, search_t search, {prefix}_t shape, realv start, realv end,"
         f" root_t *looks) {{\n{calls}"

@@ -8,7 +8,7 @@ from lenscl.expr.creases import creased
 from lenscl.expr.derive import degree
 from lenscl.expr.graph import Expr
 
-MOST_LEAVES = 8  # of an expression; those of more stay whole
+MOST_LEAVES = 8  # of an expression: each has words of its own in a kernel
 CLOSED = 2  # the highest degree of a leaf whose roots along a ray are known in closed form
 _MOST_DEGREE = 12  # as for Surface.polynomial_form, of a stretch of the ray that other leaves leave
 

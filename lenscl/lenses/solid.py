@@ -134,7 +134,7 @@ class Surface:
 
     @property
     def polynomial_leaves(self) -> tuple[Expr, ...]:
-        """The polynomials of which F is max and min; empty where it is not, or is searched as one polynomial or planes."""
+        """The polynomials of which F is max and min; empty where F is not so, or is searched as a whole."""
         return () if self.planes or self.polynomial_form is not None else polynomial_leaves(self.expression)
 
     @property

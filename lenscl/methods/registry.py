@@ -22,7 +22,7 @@ class Method:
     wants_polynomial: bool = False  # it serves surfaces of which a polynomial of F's sign is known
     wants_planes: bool = False  # it serves convex polyhedra, and reads their planes in the place of parameters
     wants_leaves: bool = False  # it serves polynomials joined by max and min
-    of_leaf: tuple[str, ...] = ()  # fragments before the others, once for each leaf of which no roots are in closed form
+    of_leaf: tuple[str, ...] = ()  # fragments before these, once for each leaf without roots in closed form
     words: tuple[str, ...] = ()  # files of kernels/ that its surfaces' functions are written in, once a kernel
     closed_forms: Mapping[int, tuple[str, ...]] = field(default_factory=dict)  # fragments instead, by F's degree
 
@@ -74,7 +74,7 @@ _ROWS = (
     Method(
         name="joined",
         fragments=("search_joined.cl",),
-        guarantee="finds every crossing of polynomials joined by max and min, by proof; undecided where rounding forbids it",
+        guarantee="finds every crossing of polynomials under max and min, by proof; undecided where rounding forbids it",
         writes=("joined",),
         of_leaf=(
             "polynomial_ray.cl",
@@ -118,9 +118,7 @@ LAST_RESORT = Method(
 METHODS: Mapping[str, Method] = MappingProxyType({row.name: row for row in _ROWS})
 
 
-def choose(
-    name: str, *, is_polynomial: bool, is_polyhedron: bool = False, is_joined: bool = False
-) -> Method | None:
+def choose(name: str, *, is_polynomial: bool, is_polyhedron: bool = False, is_joined: bool = False) -> Method | None:
     """Return the method of a name, None where it does not serve a surface.
 
     Parameters
