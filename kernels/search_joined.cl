@@ -61,9 +61,8 @@ static inline void SURFACE(closed_zones)(const search_t *search, SURFACE(t) shap
                         departs ? (realv)0 : scale * c[k][2]};
     first[k] = zones_of(a, scale * noise[k], &second[k]);
     const maskv known = (noise[k] > (realv)(REAL_TINY / REAL_EPSILON)) & (noise[k] < (realv)MOST_NOISE);
-    first[k].low = known ? first[k].low : (realv)-1;
-    first[k].high = known ? first[k].high : NEVER;
-    first[k].flips = first[k].flips & known;
+    first[k].sign = known ? first[k].sign : (realv)0;
+    first[k].low = known ? first[k].low : NEVER;
   }
 }
 
@@ -140,7 +139,7 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
     for (int k = 0; k < SURFACE(LEAVES); ++k) {
       const maskv own = leaf == (maskv)k;
       const maskv ended = SURFACE(IS_HARD)(k) ? not_lane(own) & (until[k] < high) : (maskv)0;
-      const maskv open = not_lane(own) & (ended | (first[k].low <= high));
+      const maskv open = not_lane(own) & (ended | (first[k].low <= high) | (first[k].sign == (realv)0));
       stale = stale | ended;
       before[k] = open ? -side : first[k].sign;
       through[k] = own ? -side : before[k];

@@ -7,7 +7,7 @@
 #define NEVER ((realv)2)
 
 typedef struct {
-  realv sign;       // before the zone, 1 or -1
+  realv sign;       // before the zone, 1 or -1; 0 where it is not known anywhere
   realv low, high;  // the polynomial may be zero between them only; no other zone begins before `high`
   maskv flips;      // lanes where it changes its sign there once; else whether and how often is not known
 } zone_t;
@@ -71,18 +71,18 @@ static inline zone_t zones_of(const realv a[3], realv noise, zone_t *second) {
   const realv own = a[0] < (realv)0 ? (realv)-1 : (realv)1;
   first.sign = starts_on ? falls : own;
 
-  // A touch, or all of the ray where it has no place
+  // A touch; or no sign at all, as on a ray in a plane
   const maskv touches = not_lane(never | simple);
   if (any_lane(touches)) {
     const realv middle = (realv)NUMBER(-0.5) * a[1] / a[2];
     const realv wide = (realv)2 * sqrt(((realv)4 * noise + abs_v(square) / ((realv)4 * bend)) / bend);
     const maskv placed = (wide < (realv)1) & (abs_v(middle) < (realv)4);
-    const maskv meets = touches & not_lane(placed & ((middle + wide < (realv)0) | (middle - wide > (realv)1)));
+    const maskv meets = placed & (middle + wide > (realv)0) & (middle - wide < (realv)1);
     const realv out = a[2] < (realv)0 ? (realv)-1 : (realv)1;
-    first.sign = (touches & starts_on) ? out : first.sign;
-    first.low = touches ? (meets ? (placed ? middle - wide : (realv)-1) : NEVER) : first.low;
-    first.high = touches ? (placed ? middle + wide : NEVER) : first.high;
-    first.flips = touches ? (placed & (first.sign * out < (realv)0)) : first.flips;
+    first.sign = touches ? (placed ? (starts_on ? out : own) : (realv)0) : first.sign;
+    first.low = touches ? (meets ? middle - wide : NEVER) : first.low;
+    first.high = touches ? (meets ? middle + wide : NEVER) : first.high;
+    first.flips = touches ? (first.sign * out < (realv)0) : first.flips;
   }
   second->sign = -first.sign;
   return first;

@@ -1,9 +1,9 @@
 """The box in which rays search a lens: its bounds, or what its solid fills of these where they are much wider.
 
 A user's bounds are a promise that the solid lies strictly inside; they may be far too wide. In a wide box a polynomial
-along the ray loses its digits, and bounds say nothing of it before the ray is cut into many parts. The solid's own box is
-found by interval arithmetic, which proves that it holds the solid. It is taken where it is less than half as long as the
-bounds in at least one direction; else the bounds stay as they are.
+along the ray loses its digits, and bounds say nothing of it before the ray is cut into many parts. The solid's own box
+is found by interval arithmetic, which proves that it holds the solid. It is taken where it is less than half as long as
+the bounds in at least one direction; else the bounds stay as they are.
 """
 
 from __future__ import annotations
