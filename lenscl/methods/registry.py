@@ -73,7 +73,7 @@ _ROWS = (
     ),
     Method(
         name="joined",
-        fragments=("search_joined.cl",),
+        fragments=("joined_leaves.cl", "search_joined.cl"),
         guarantee="finds every crossing of polynomials under max and min, by proof; undecided where rounding hides it",
         writes=("joined",),
         of_leaf=(

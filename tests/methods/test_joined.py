@@ -186,7 +186,7 @@ def test_what_is_known_of_a_leaf_ends_where_its_search_ended() -> None:
         return int((found.events != wanted.events)[sure].sum())
 
     assert differs() == 0
-    with broken(Fault("known for good", "search_joined.cl", "(zone.low < NEVER ? zone.high : end)", "NEVER")):
+    with broken(Fault("known for good", "joined_leaves.cl", "(zone.low < NEVER ? zone.high : end)", "NEVER")):
         assert differs() > 3
 
 
