@@ -61,7 +61,7 @@ static inline realv pow_built_in(realv a, realv b) {
 #define IS_FINE (REAL_EPSILON < NUMBER(1e-10))
 #define LOG_2_HIGH (IS_FINE ? NUMBER(0.693147180369123816490) : NUMBER(0.69313812256))  // times 2^10 still exact
 #define LOG_2_LOW (IS_FINE ? NUMBER(1.90821492927058770002e-10) : NUMBER(9.0580006145e-06))
-#define UPPER_HALF (IS_FINE ? (real)134217729 : (real)4097)  // splits a number into halves, see below
+#define UPPER_HALF (IS_FINE ? (real)134217729 : (real)4097)  // splits a number into halves
 
 // a^b for a >= 0, else NaN; to 2 ulp for |b| <= 64 and normal results: exp(b log a), the logarithm and the product in two
 // parts each. With a = 2^e m and f = (m - 1) / (m + 1), log m = 2 f + 2 f^3 / 3 + 2 f^5 / 5 + ..., |f| < 0.172: all but
@@ -69,7 +69,7 @@ static inline realv pow_built_in(realv a, realv b) {
 //
 // source    Dekker, A floating-point technique for extending the available precision, Numer. Math. 18, 1971, for the exact
 //           product; Muller, Elementary Functions, 3rd ed., sec. 11, for the rest
-static inline realv pow_by_logarithm(realv a, realv b) {
+static inline realv pow_v(realv a, realv b) {
 #pragma OPENCL FP_CONTRACT OFF
   const realv one = (realv)1, unit = to_numbers(as_bits((realv)REAL_TINY));  // one step of the exponent
   const realv bias = to_numbers(as_bits(one)) / unit;
@@ -114,20 +114,4 @@ static inline realv pow_by_logarithm(realv a, realv b) {
   const maskv others = (a >= (realv)0) & not_lane(usual | zero);
   const realv all = any_lane(others) ? pow_built_in(a, b) : found;
   return (usual | zero) ? found : (others ? all : (realv)NAN);
-}
-
-// The same; where 2 b is a whole number from 1 to 16, by products and a square root, to 6 ulp.
-static inline realv pow_v(realv a, realv b) {
-  realv whole = floor(b);
-  const maskv halves = (b >= (realv)NUMBER(0.5)) & (b <= (realv)8) & ((b - whole) * (b - whole - (realv)NUMBER(0.5)) == (realv)0);
-  if (any_lane(not_lane(halves))) return pow_by_logarithm(a, b);
-  realv found = b > whole ? sqrt(a) : (realv)1, square = a;
-#pragma unroll
-  for (int bit = 0; bit < 4; ++bit) {
-    const realv rest = floor(whole * (realv)NUMBER(0.5));
-    found *= whole > rest + rest ? square : (realv)1;
-    square *= square;
-    whole = rest;
-  }
-  return a >= (realv)0 ? found : (realv)NAN;
 }

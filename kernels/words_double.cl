@@ -23,7 +23,6 @@
 #undef max_v
 #undef pow_v
 #undef pow_built_in
-#undef pow_by_logarithm
 #undef cbrt_v
 #undef cbrt_normal_v
 #undef down_scale

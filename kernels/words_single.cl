@@ -25,7 +25,6 @@
 #define max_v single_max_v
 #define pow_v single_pow_v
 #define pow_built_in single_pow_built_in
-#define pow_by_logarithm single_pow_by_logarithm
 #define cbrt_v single_cbrt_v
 #define cbrt_normal_v single_cbrt_normal_v
 #define down_scale single_down_scale

@@ -21,8 +21,11 @@ from lenscl.lenses.solid import Box
 Array = NDArray[np.float64]
 
 _SHARE = 0.5  # of the bounds' length in a direction; what is longer is left as it is
-_FIRST_CELLS = 2**6  # that are left when it is decided whether to go on
-_MOST_CELLS = 2**10
+_FIRST_CELLS = 2**8  # that are left when it is decided whether to go on
+_MOST_CELLS = 2**9
+_SLICE = 1 / 16  # of the box: slices of it are cut off where the solid is not in them
+_ACROSS = 24  # cells of a slice in either direction
+_MOST_ROUNDS = 8
 _MOST_HALVINGS = 120  # of bounds that are 1e12 times as long as the solid, in three directions
 _MARGIN = 2.0**-10  # of the box that is found, added on every side, as to a catalogue surface's
 _BLUR = 1e-6  # of the coordinates: more than rounding to single precision moves a face of the box
@@ -70,10 +73,30 @@ def _tightened(expr: Expr, promised: Box, items: tuple[tuple[str, float], ...]) 
         cells = np.concatenate([cells - moved, cells + moved])
     if not _is_small(cells, half, low, high):
         return None
-    least, most = cells.min(axis=0) - half, cells.max(axis=0) + half
+    least, most = np.maximum(low, cells.min(axis=0) - half), np.minimum(high, cells.max(axis=0) + half)
+    overlap = _OVERLAP * np.maximum(np.abs(low), np.abs(high))
+    for _ in range(_MOST_ROUNDS):
+        cuts = [_is_cut(expr, values, least, most, overlap, axis, end) for axis in range(3) for end in (0, 1)]
+        if not any(cuts):
+            break
     margin = _MARGIN * (most - least) + _BLUR * np.maximum(np.abs(least), np.abs(most))
     (x, y, z), (u, v, w) = np.maximum(low, least - margin).tolist(), np.minimum(high, most + margin).tolist()
     return (x, y, z), (u, v, w)
+
+
+def _is_cut(
+    expr: Expr, values: Mapping[str, float], low: Array, high: Array, overlap: Array, axis: int, end: int
+) -> bool:
+    """Cut a slice off one end of a box, in place, if it is proved that the solid is not in it."""
+    slice_low, slice_high = low.copy(), high.copy()
+    (slice_high if end == 0 else slice_low)[axis] = low[axis] + abs(end - _SLICE) * (high[axis] - low[axis])
+    counts = [1 if each == axis else _ACROSS for each in range(3)]
+    half = (slice_high - slice_low) / (2 * np.array(counts))
+    steps = np.stack(np.meshgrid(*(2 * np.arange(count) + 1 for count in counts)), axis=-1).reshape(-1, 3)
+    if _may_hold(expr, values, slice_low + steps * half, half + overlap).any():
+        return False
+    (low if end == 0 else high)[axis] = (slice_high if end == 0 else slice_low)[axis]
+    return True
 
 
 def _is_small(cells: Array, half: Array, low: Array, high: Array) -> bool:
