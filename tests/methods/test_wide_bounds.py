@@ -11,6 +11,7 @@ from probe import plain_device
 from scenes import make_scene
 
 from lenscl import RayStatus, trace
+from lenscl.cli.explain_study import _always, _searches
 from lenscl.config import Scene
 from lenscl.expr import evaluate
 from lenscl.tracing import Follower, count_steps, tight, tightened
@@ -109,3 +110,10 @@ def test_a_sweep_of_anything_else_finds_the_box_once() -> None:
         scene = scene_of(QUARTIC, 1e3, centre=[place, 0.0, 0.0], n=1.3 + place)
         box_of(scene)
     assert tight._tightened.cache_info().misses == 1
+
+
+def test_explain_says_that_rays_are_searched_in_a_smaller_box() -> None:
+    rows = {row[0]: row for row in _always(scene_of(QUARTIC, 1e3))}
+    assert "wider than the solid" in rows["lens.bounds"][4]
+    assert "lens.bounds" not in {row[0] for row in _always(scene_of(QUARTIC, 1.2))}
+    assert _searches(scene_of("max(x^4 + y^4 + z^4 - 1, z)", 1.2)) == {"lens": "joined"}
