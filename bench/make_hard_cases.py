@@ -123,7 +123,7 @@ def _count() -> None:
     counts: dict[str, dict[str, dict[str, int]]] = {}
     for precision in ("double", "mixed", "single"):
         counts[precision] = {}
-        for method in ("auto", "guarded", "interval", "planes", "polynomial"):
+        for method in ("auto", "guarded", "interval", "joined", "planes", "polynomial"):
             found = list(run_pack(pack, method=method, precision=precision, device=device.choose()))
             families = sorted(by_family(found), key=lambda each: each.family)
             counts[precision][method] = {each.family: each.undecided for each in families if each.undecided}

@@ -81,8 +81,11 @@ static inline band_t band_pow(band_t a, band_t p, realv least) {
 
   // A change of p multiplies a^p by a factor between 1 - 2 s and 1 + 2 s, where s = |log a| times that change is <= 1 / 2
   const realv change = (abs_v(p.rise) + p.error) * WIDEN;
-  const realv log_low = low > (realv)0 ? log(low) : (realv)0;
-  const realv s = change * max_v(abs_v(log(high)), abs_v(log_low)) * LOOSEN;
+  realv s = (realv)0;
+  if (any_lane(not_lane(change == (realv)0))) {
+    const realv log_low = low > (realv)0 ? log(low) : (realv)0;
+    s = change * max_v(abs_v(log(high)), abs_v(log_low)) * LOOSEN;
+  }
   const maskv known = (low >= (realv)0) & ((band_low(a) >= (realv)0) | (least >= (realv)0)) &  //
                       (high < (realv)REAL_MAX) & (s <= HALF) & ((low > (realv)0) | (p.mid > change));
 

@@ -22,6 +22,7 @@
 #undef min_v
 #undef max_v
 #undef pow_v
+#undef pow_built_in
 #undef cbrt_v
 #undef cbrt_normal_v
 #undef down_scale
@@ -39,3 +40,6 @@
 #undef tan_v
 #undef no_root
 #undef one_step
+#undef zone_t
+#undef no_zone
+#undef zones_of

@@ -24,6 +24,7 @@
 #define min_v single_min_v
 #define max_v single_max_v
 #define pow_v single_pow_v
+#define pow_built_in single_pow_built_in
 #define cbrt_v single_cbrt_v
 #define cbrt_normal_v single_cbrt_normal_v
 #define down_scale single_down_scale
@@ -41,3 +42,6 @@
 #define tan_v single_tan_v
 #define no_root single_no_root
 #define one_step single_one_step
+#define zone_t single_zone_t
+#define no_zone single_no_zone
+#define zones_of single_zones_of

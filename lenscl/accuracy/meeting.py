@@ -123,7 +123,12 @@ class Glass:
         self._extent = (self.placement.box[1] - self.placement.box[0])[:, None]
         surface = self.lens.surface
         form = surface.sign_polynomial(self.lens.values)
-        method = choose("auto", is_polynomial=form is not None, is_polyhedron=bool(surface.planes))
+        method = choose(
+            "auto",
+            is_polynomial=form is not None,
+            is_polyhedron=bool(surface.planes),
+            is_joined=bool(surface.polynomial_leaves),
+        )
         assert method is not None, "auto serves every surface"
         self._ending = method.ending_for(surface.degree)
         is_whole = form is not None and method.wants_polynomial

@@ -43,7 +43,7 @@ def explain_study(study: Study, *, as_json: bool) -> None:
 def _always(scene: Scene) -> Iterator[tuple[str, bool, str, str, str]]:
     """Yield what no key asks for: its name, whether it is in, "always" or "derived", its fragment, and why."""
     from lenscl.effects import NESTED
-    from lenscl.tracing import findings, reach_of, stopping
+    from lenscl.tracing import findings, reach_of, stopping, tightened
 
     law = scene.numerics.snell
     yield "refraction", True, "always", f"snell_{law}", f"at every entry and exit, by the {law} law"
@@ -59,6 +59,14 @@ def _always(scene: Scene) -> Iterator[tuple[str, bool, str, str, str]]:
             yield scene.lens_key(number), number in reached, "derived", "", reached.get(number, beyond)
         nested = findings(scene)[NESTED]
         yield "nested solids", nested.holds, "derived", "ray_nested" if nested.holds else "", nested.why
+    for number in reached:
+        lens = scene.lenses[number]
+        box = tightened(lens)
+        if box is not None:
+            assert lens.surface.promised is not None, "only a user's bounds are tightened"
+            low, high = (" ".join(f"{each:.4g}" for each in corner) for corner in box)
+            why = f"the bounds are far wider than the solid: rays are searched from ({low}) to ({high})"
+            yield f"{scene.lens_key(number)}.bounds", True, "derived", "", why
     stops = stopping(scene)
     yield (
         "picture stops light",
@@ -123,9 +131,17 @@ def _circumstances(scene: Scene, found: list[Call], timed: Ablation, chosen: Dev
         "time": f"{timed.ns:.3g} ns a ray with all that is in, warm, median of {timed.rounds} rounds; "
         "ns a ray: what each adds with all that builds on it, the median of paired differences, with its 95 % bounds",
         **({"beside": f"{' and '.join(beside)}: {by_host} {BESIDE_ROUNDS} rounds"} if beside else {}),
+        "search": "; ".join(f"{key} by {name}" for key, name in _searches(scene).items()),
         "rays": f"{timed.rays:,}, method {numerics.method}, {numerics.precision} precision",
         "device": ", ".join(f"{value}" for value in chosen.circumstances().values()),
     }
+
+
+def _searches(scene: Scene) -> dict[str, str]:
+    """Return the method that searches each lens, by the lens's key."""
+    from lenscl.tracing import methods_of
+
+    return {scene.lens_key(number): method.name for number, method in enumerate(methods_of(scene))}
 
 
 def _document(study: Study, scene: Scene, found: list[Call], timed: Ablation, chosen: Device) -> dict[str, Any]:
@@ -153,6 +169,7 @@ def _document(study: Study, scene: Scene, found: list[Call], timed: Ablation, ch
         "rays": timed.rays,
         "rounds": timed.rounds,
         "method": scene.numerics.method,
+        "searches": _searches(scene),
         "precision": scene.numerics.precision,
         **chosen.circumstances(),
     }

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lenscl.hardcases import FamilyResult, Verdict
 
 _MOST_LINES, _MOST_OF_A_CASE = 20, 3  # of wrong answers in text; --json lists all
-_METHODS = ("auto", "march", "planes", "guarded", "polynomial", "interval")
+_METHODS = ("auto", "march", "planes", "guarded", "polynomial", "joined", "interval")
 _PRECISIONS = ("single", "mixed", "double")
 
 

@@ -25,6 +25,7 @@ from lenscl.expr import (
     twice_text,
 )
 from lenscl.expr.graph import node, walk
+from lenscl.expr.joined import MOST_LEAVES
 from lenscl.expr.jumps import STEPS
 from lenscl.expr.planar import MOST_PLANES
 from lenscl.expr.poles import OneSided, one_sided
@@ -32,7 +33,6 @@ from lenscl.lenses import Surface
 
 _AXES = "xyz"
 _KINDS = ("linear", "quadratic", "cubic", "quartic")  # polynomials of kernels/interval_polynomials.cl, by degree
-_MOST_LEAVES = 8  # each has bands and parabolas of its own
 _MOST_FORKS = 3  # floors of which both sides of a jump are looked at in turn: by 2^3 bands at most
 _INNER = 2  # degree of what a part is made of, as far as roundings are followed
 _HORNER = 4  # roundings a degree for the sums that follow, twice over to cover terms of second order
@@ -75,7 +75,7 @@ def _functions(prefix: str, surface: Surface, precision: Precision, write_parts:
         (
             _parts_struct(prefix, kinds),
             write_parts(prefix, surface, parts, finish, precision),
-            _leaves_text(prefix, joined, len(leaves)),
+            leaves_text(prefix, joined, len(leaves)),
             _bands_function(prefix, "bands", surface, leaves, bands, floors, precision),
             _bands_function(prefix, "start_bands", surface, leaves, starts, floors, precision),
             _bands_function(prefix, "slope_bands", surface, leaf_slopes, bands | slopes, floors, precision, leaves),
@@ -104,18 +104,18 @@ def _replaced(expr: Expr, symbols: Mapping[Expr, Expr]) -> Expr:
 
 def leaves_of(surface: Surface) -> tuple[Expr, ...]:
     """Return the smooth leaves of F, as search_interval.cl numbers them."""
-    return tuple(creased(surface.expression, _MOST_LEAVES)[1].values())
+    return tuple(creased(surface.expression, MOST_LEAVES)[1].values())
 
 
 def faces_of(surface: Surface) -> tuple[Expr, tuple[Expr, ...]]:
     """Return F as max and min of leaf_0, leaf_1, ..., and these leaves: of a polyhedron all its planes."""
-    joined, leaves = creased(surface.expression, MOST_PLANES if surface.planes else _MOST_LEAVES)
+    joined, leaves = creased(surface.expression, MOST_PLANES if surface.planes else MOST_LEAVES)
     return joined, tuple(leaves.values())
 
 
 def _taken_apart(surface: Surface) -> tuple[Expr, dict[str, Expr], dict[str, Expr]]:
     """Return how a surface's leaves are joined, the leaves with symbols for their polynomial parts, and these parts."""
-    joined, leaves = creased(surface.expression, _MOST_LEAVES)
+    joined, leaves = creased(surface.expression, MOST_LEAVES)
     rests, parts = pieces(tuple(leaves.values()), _AXES, len(_KINDS))
     return joined, dict(zip(leaves, rests, strict=True)), parts
 
@@ -252,7 +252,7 @@ def _sum_of_sizes(coefficients: Iterable[Expr]) -> Expr:
     return total
 
 
-def _leaves_text(prefix: str, joined: Expr, count: int) -> str:
+def leaves_text(prefix: str, joined: Expr, count: int) -> str:
     """Return how many leaves there are, and the function that joins numbers of theirs as F joins their values."""
 
     def spelled(tree: Expr) -> str:

@@ -12,6 +12,7 @@ from typing import Literal
 
 from lenscl.codegen.bands import leaves_of
 from lenscl.codegen.fragments import VOCABULARY, called_by, generated, head_again, located
+from lenscl.codegen.joined import hard_leaves, leaves_dispatched
 from lenscl.codegen.layout import Struct
 from lenscl.codegen.specialise import Structure, method_struct, shape_struct
 from lenscl.codegen.surfaces import surface_functions
@@ -79,6 +80,13 @@ def _isolated_surface(
 ) -> Iterator[str]:
     surface, method = structure.surfaces()[prefix], structure.method(prefix)
     yield surface_functions(name, surface, method.writes, precision)
+    hard = hard_leaves(surface) if method.wants_leaves else {}
+    for leaf in hard:
+        yield f"#define SURFACE(name) {name}_leaf_{leaf}_##name\n"
+        yield from (located(fragment) for fragment in method.of_leaf)
+        yield "#undef SURFACE\n"
+    if hard:
+        yield leaves_dispatched(name, hard)
     yield f"#define SURFACE(name) {name}_##name\n"
     yield from (located(fragment) for fragment in method.fragments_for(surface.degree))
     yield "#undef SURFACE\n"
@@ -121,7 +129,7 @@ def finish_functions(
     Where a surface is searched as a polynomial they are of that; where it is taken apart into leaves, of a leaf.
     """
     asks_values = asks_values or method.ending_for(surface.degree) != "isolated"
-    edges = bool({"bands", "bands_twice"} & {*method.writes}) and len(leaves_of(surface)) > 1
+    edges = bool({"bands", "bands_twice", "joined"} & {*method.writes}) and len(leaves_of(surface)) > 1
     form = surface.polynomial_form if method.wants_polynomial else None
     wanted = ["gradient", *(["leaf_gradient"] if edges else [])]
     wanted += ["leaf_f_gradient" if edges else "f_gradient"] if asks_values else []

@@ -7,6 +7,7 @@ from textwrap import shorten
 
 from lenscl.codegen.along import along_functions
 from lenscl.codegen.bands import band_functions, band_functions_twice, leaves_of
+from lenscl.codegen.joined import joined_functions
 from lenscl.codegen.text import Precision, function, shape_symbols, unlike
 from lenscl.expr import Expr, build, differentiate, gradient, number, symbol
 from lenscl.lenses import Surface
@@ -97,6 +98,7 @@ WRITERS: dict[str, Callable[[str, Surface, Precision], str]] = {
     "leaf_gradient": _leaf_gradient,
     "along": along_functions,
     "planes": _planes,
+    "joined": joined_functions,
     "bands": band_functions,
     "bands_twice": band_functions_twice,
 }

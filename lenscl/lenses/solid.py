@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from lenscl.expr import Expr, degree, digest
+from lenscl.expr.joined import polynomial_leaves
 from lenscl.expr.planar import Plane, planes_of
 
 Vec3 = tuple[float, float, float]
@@ -130,6 +131,11 @@ class Surface:
     def planes(self) -> tuple[Plane, ...]:
         """The planes a x + b y + c z = d of a convex polyhedron's faces, as (a, b, c, d); empty for other solids."""
         return planes_of(self.expression) if self.by_planes else ()
+
+    @property
+    def polynomial_leaves(self) -> tuple[Expr, ...]:
+        """The polynomials of which F is max and min; empty where F is not so, or is searched as a whole."""
+        return () if self.planes or self.polynomial_form is not None else polynomial_leaves(self.expression)
 
     @property
     def as_written(self) -> Expr:

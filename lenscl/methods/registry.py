@@ -21,6 +21,8 @@ class Method:
     is_guaranteed: bool = False  # it misses no crossing, and says where it cannot tell
     wants_polynomial: bool = False  # it serves surfaces of which a polynomial of F's sign is known
     wants_planes: bool = False  # it serves convex polyhedra, and reads their planes in the place of parameters
+    wants_leaves: bool = False  # it serves polynomials joined by max and min
+    of_leaf: tuple[str, ...] = ()  # fragments before these, once for each leaf without roots in closed form
     words: tuple[str, ...] = ()  # files of kernels/ that its surfaces' functions are written in, once a kernel
     closed_forms: Mapping[int, tuple[str, ...]] = field(default_factory=dict)  # fragments instead, by F's degree
 
@@ -70,6 +72,22 @@ _ROWS = (
         wants_polynomial=True,
     ),
     Method(
+        name="joined",
+        fragments=("joined_leaves.cl", "search_joined.cl"),
+        guarantee="finds every crossing of polynomials under max and min, by proof; undecided where rounding hides it",
+        writes=("joined",),
+        of_leaf=(
+            "polynomial_ray.cl",
+            "polynomial_bounds.cl",
+            "polynomial_walk.cl",
+            "search_polynomial.cl",
+            "joined_leaf.cl",
+        ),
+        words=("zones.cl",),
+        is_guaranteed=True,
+        wants_leaves=True,
+    ),
+    Method(
         name="interval",
         fragments=("interval_segment.cl", "interval_leaf.cl", "interval_leaves.cl", "search_interval.cl"),
         guarantee="finds every crossing, by proof; a ray whose proof rounding forbids is undecided",
@@ -100,7 +118,7 @@ LAST_RESORT = Method(
 METHODS: Mapping[str, Method] = MappingProxyType({row.name: row for row in _ROWS})
 
 
-def choose(name: str, *, is_polynomial: bool, is_polyhedron: bool = False) -> Method | None:
+def choose(name: str, *, is_polynomial: bool, is_polyhedron: bool = False, is_joined: bool = False) -> Method | None:
     """Return the method of a name, None where it does not serve a surface.
 
     Parameters
@@ -111,9 +129,15 @@ def choose(name: str, *, is_polynomial: bool, is_polyhedron: bool = False) -> Me
         Whether a polynomial of F's sign is known.
     is_polyhedron : bool
         Whether the solid's planes are known.
+    is_joined : bool
+        Whether F is max and min of polynomials.
     """
     serving = [
-        row for row in _ROWS if (is_polynomial or not row.wants_polynomial) and (is_polyhedron or not row.wants_planes)
+        row
+        for row in _ROWS
+        if (is_polynomial or not row.wants_polynomial)
+        and (is_polyhedron or not row.wants_planes)
+        and (is_joined or not row.wants_leaves)
     ]
     asked = (row for row in serving if (row.is_guaranteed if name == "auto" else row.name == name))
     return next(asked, METHODS["march"] if name == "auto" else None)

@@ -19,6 +19,7 @@ from lenscl.tracing.raymap import Caustic, RayMap, RayPaths, Samples
 from lenscl.tracing.start import locate, locate_sets
 from lenscl.tracing.steps import StepCount, count_steps
 from lenscl.tracing.structure import methods_of
+from lenscl.tracing.tight import tightened
 
 __all__ = [
     "BESIDE",
@@ -51,6 +52,7 @@ __all__ = [
     "reach_of",
     "stopping",
     "study_needs",
+    "tightened",
     "touching",
     "trace",
     "trace_rays",

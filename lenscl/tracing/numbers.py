@@ -14,6 +14,7 @@ from lenscl.lenses import Vec3
 from lenscl.tracing.blur import blur_of
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.start import locate, locate_sets
+from lenscl.tracing.tight import search_box
 
 # Scene units; where a polished root of `march` stops moving
 TOLERANCE = {"single": 1e-6, "double": 1e-13, "mixed": 1e-13}
@@ -31,7 +32,8 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
     values |= _prefixed("method", _method(scene, source.structure.reads()))
     for number in source.structure.lenses:
         lens = scene.lenses[number]
-        values |= _prefixed(f"lens_{number}", Placement.of(lens).numbers())
+        low, high = search_box(lens)
+        values |= _prefixed(f"lens_{number}", {**Placement.of(lens).numbers(), "box_low": low, "box_high": high})
         if source.structure.nests:
             is_polynomial = source.structure.methods[number].wants_polynomial
             searched = (lens.surface.polynomial_form if is_polynomial else None) or lens.surface.expression

@@ -33,10 +33,17 @@ def methods_of(scene: Scene) -> tuple[Method, ...]:
     wanted, chosen, problems = scene.numerics.method, [], []
     for number, lens in enumerate(scene.lenses):
         is_polynomial = lens.surface.sign_polynomial(lens.values) is not None
-        method = methods.choose(wanted, is_polynomial=is_polynomial, is_polyhedron=bool(lens.surface.planes))
+        method = methods.choose(
+            wanted,
+            is_polynomial=is_polynomial,
+            is_polyhedron=bool(lens.surface.planes),
+            is_joined=bool(lens.surface.polynomial_leaves),
+        )
         if method is None:
             which = f'lens "{lens.name}"' if lens.name else f"lens[{number}]"
-            what = "convex polyhedra" if methods.METHODS[wanted].wants_planes else "polynomials"
+            asked = methods.METHODS[wanted]
+            what = "convex polyhedra" if asked.wants_planes else "polynomials"
+            what = "max and min of polynomials" if asked.wants_leaves else what
             problems.append(
                 f'numerics.method: "{wanted}" searches {what}, and {which} ({lens.surface.name}) is none '
                 'with these parameters; use "auto"'

@@ -45,6 +45,7 @@ def methods_for(scene: Scene) -> list[str]:
     lens = scene.lenses[0]
     is_polynomial = lens.surface.sign_polynomial(lens.values) is not None
     serving = [row for row in METHODS.values() if row.is_guaranteed and not row.wants_planes]
+    serving = [row for row in serving if lens.surface.polynomial_leaves or not row.wants_leaves]
     return [row.name for row in serving if is_polynomial or not row.wants_polynomial]
 
 
@@ -92,7 +93,7 @@ IN_SINGLE = {"thin torus": (0.02, 0.9), "sextic": (0.4, 0.8)}  # large terms: mo
 
 
 def doubt(name: str, precision: str, method: str) -> tuple[float, float]:
-    if not METHODS[method].wants_polynomial:
+    if not (METHODS[method].wants_polynomial or METHODS[method].wants_leaves):
         return USUAL[precision]
     return IN_SINGLE.get(name, OF_POLYNOMIALS["single"]) if precision == "single" else OF_POLYNOMIALS["double"]
 
