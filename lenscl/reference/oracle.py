@@ -62,6 +62,9 @@ class Proof:
         That it took.
     reason : str
         Why the ray is undecidable; else empty.
+    lengths : tuple of arb
+        How far the ray travelled in each lens that was the medium, in their order, and last around all lenses: up to
+        where it landed, or to its last event. Empty where nothing is proved.
     looks : int
         At F along the ray that it took, all numbers of bits together: a measure of time that no clock tells.
     """
@@ -72,6 +75,7 @@ class Proof:
     radius: float
     bits: int
     reason: str = ""
+    lengths: tuple[arb, ...] = ()
     looks: int = 0
 
     def distance(self, s: float, t: float) -> float:
@@ -231,6 +235,7 @@ class _Path:
         self.scene, self.bits, self.shake = scene, bits, shake
         self.lenses = [Placed(lens) for lens in scene.lenses]
         self.events = 0
+        self.lengths: dict[int | None, arb] = {}  # by the medium
         self.picture, self.is_screen = Plane(scene.picture), picture_stops(scene)
         self.rank = {number: place for place, number in enumerate(scene.by_priority())}
         self.inside: frozenset[int] = frozenset()  # numbers of the lenses whose solids it travels in
@@ -262,6 +267,7 @@ class _Path:
                 return self._landed()
             behind = self.inside ^ met.lenses
             before, after = self._medium(self.inside), self._medium(behind)
+            self._travels(met.t)
             if before == after:  # within one medium there is no event
                 self.origin, self.on, self.inside = met.point, met.lenses, behind
                 continue
@@ -274,6 +280,10 @@ class _Path:
                 return self._ended(RayStatus.TOTAL_REFLECTION)
             if self.shake is not None:
                 self.direction = unit(plus(self.direction, vector(self.shake(self.events - 1)[1])))
+
+    def _travels(self, far: arb) -> None:
+        medium = self._medium(self.inside)
+        self.lengths[medium] = self.lengths.get(medium, 0) + far
 
     def _medium(self, inside: frozenset[int]) -> int | None:
         """Return the lens that is the medium where some solids overlap; None around all lenses."""
@@ -353,6 +363,7 @@ class _Path:
         if status is RayStatus.BEHIND:
             return self._ended(status)
         reason = "the ray lands on an edge of the picture" if status is None else ""
+        self._travels(place.distance)
         return Proof(
             status=status,
             events=self.events,
@@ -360,10 +371,18 @@ class _Path:
             radius=place.radius,
             bits=self.bits,
             reason=reason,
+            lengths=self._lengths_by_medium(),
         )
 
+    def _lengths_by_medium(self) -> tuple[arb, ...]:
+        from flint import arb
+
+        return tuple(self.lengths.get(medium, arb(0)) for medium in (*range(len(self.lenses)), None))
+
     def _ended(self, status: RayStatus) -> Proof:
-        return Proof(status=status, events=self.events, st=None, radius=0.0, bits=self.bits)
+        return Proof(
+            status=status, events=self.events, st=None, radius=0.0, bits=self.bits, lengths=self._lengths_by_medium()
+        )
 
     def doubtful(self, reason: str) -> Proof:
         """Return that the ray cannot be told at this number of bits."""
