@@ -46,6 +46,8 @@ def hardcases(method: str, precision: str | None, label: str | None, names: tupl
     stand apart. A second table says why rays were left undecided: the reason is the oracle's, or lies in what moves
     make of the ray's path.
 
+    Where a case counts path length or absorption, that is judged, too, by how far its rays travel in each medium.
+
     With a wrong answer, or more undecided rays in a family than are expected, the exit code is 3. The march is no
     guaranteed method: it loses short chords, and they count as wrong; no number of undecided rays is expected of it.
 
@@ -144,11 +146,15 @@ def _complaints(verdicts: Sequence[Verdict]) -> Iterable[str]:
             f"{many(len(refused), 'case')} left out, as the method does not serve them; "
             f"{refused[0].case.name}: {refused[0].refusal}"
         )
-    lines = [f"wrong: {each.case.name}: {wrong}" for each in verdicts for wrong in each.wrong[:_MOST_OF_A_CASE]]
-    yield from lines[:_MOST_LINES]
-    count = sum(len(each.wrong) for each in verdicts)
-    if count > min(len(lines), _MOST_LINES):
-        yield f"and {count - min(len(lines), _MOST_LINES)} more; --json lists all"
+    told, count = 0, sum(len(each.wrong) for each in verdicts)
+    for each in verdicts:
+        some = each.wrong[: min(_MOST_OF_A_CASE, _MOST_LINES - told)]
+        if some:
+            yield f"{each.case.family}: {each.case.why}"
+        yield from (f"wrong: {each.case.name}: {wrong}" for wrong in some)
+        told += len(some)
+    if count > told:
+        yield f"and {count - told} more; --json lists all"
 
 
 def _finite(value: float) -> float | None:

@@ -362,17 +362,16 @@ class _Path:
         status = place.status
         if status is RayStatus.BEHIND:
             return self._ended(status)
-        reason = "the ray lands on an edge of the picture" if status is None else ""
         self._travels(place.distance)
-        return Proof(
+        proof = Proof(
             status=status,
             events=self.events,
             st=(place.s, place.t),
             radius=place.radius,
             bits=self.bits,
-            reason=reason,
             lengths=self._lengths_by_medium(),
         )
+        return proof if status is not None else replace(proof, reason="the ray lands on an edge of the picture")
 
     def _lengths_by_medium(self) -> tuple[arb, ...]:
         from flint import arb
