@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 
 import pytest
 from faults_in_kernels import Fault, broken, swapped_priorities
@@ -19,6 +20,7 @@ DOME = "pictures in glass: half ball, on its flat face"
 BETWEEN = "pictures in glass: where two blocks touch"
 STAIN = "pictures in glass: a stain in resin, z = 0.05"
 GIVES_WAY = "pictures in glass: a stain in resin that gives way, z = 0.05"
+EDGE = "pictures in glass: beside the picture's edge"
 RING = "pictures in glass: cutting a solid, ring, tilted"
 
 _LENS, _TRACE, _STOP = "lens_nested.cl", "trace_nested.cl", "picture_stops.cl"
@@ -27,8 +29,11 @@ _GAP = Fault("contact as a gap", _LENS, "    unknown = beside & not_lane(contact
              "    before = before | (contact & (apart < (realv)0));\n    contact = (maskv)0;")  # fmt: skip
 _BENDS = Fault("bends within one medium", _TRACE, "passes = meets & (before == after);", "passes = (maskv)0;")
 _LOST = Fault("left out of the set", _TRACE, "ray->inside ^ hit.crossed;", "ray->inside | hit.crossed;")
-_BEHIND = Fault("picture behind the face that it lies on", _STOP, "(place.distance - blur > hit->high);",
-                "(place.distance + blur > hit->high);")  # fmt: skip
+_BEHIND = (
+    Fault("picture behind the face that it lies on", _STOP, "(place.distance - blur > hit->high);",
+          "(place.distance + blur > hit->low);"),
+    Fault("and not seen from the face", _STOP, "(place.distance > -blur);", "(place.distance > blur);"),
+)  # fmt: skip
 _LATE = Fault("surfaces before the picture", _STOP, "behind = hit->found & (place.distance - blur > hit->high);",
               "behind = hit->found;")  # fmt: skip
 _EARLY = Fault("the picture before surfaces", _STOP, "behind = hit->found & (place.distance - blur > hit->high);",
@@ -44,15 +49,15 @@ _AROUND = Fault("the last leg's path in the medium around", _PATH, "index_of(sce
                 "(realv)scene->n_medium *")  # fmt: skip
 
 # Fault; the cases that find it, and what the report says of one of their rays
-FAULTS: dict[str, tuple[Fault | None, tuple[str, ...], str]] = {
+FAULTS: dict[str, tuple[Fault | tuple[Fault, ...] | None, tuple[str, ...], str]] = {
     "priority swapped": (None, (BUBBLE, OVERLAP, GIVES_WAY), "it must"),
-    "contact as a gap": (_GAP, (DOUBLET,), "after 4 events; it must end PICTURE after 3 events"),
+    "contact as a gap": (_GAP, (DOUBLET,), "after 4 events; it must end BEHIND after 3 events"),
     "bends within one medium": (_BENDS, (OVERLAP, GIVES_WAY), "it must end"),
-    "left out of the set": (_LOST, (BUBBLE, STAIN), "it must end"),
-    "picture behind the face that it lies on": (_BEHIND, (DOME,), "after 2 events; it must end PICTURE after 1 event"),
+    "left out of the set": (_LOST, (BUBBLE,), "is undecided without need"),
+    "picture behind the face that it lies on": (_BEHIND, (DOME,), "after 2 events; it must end PICTURE after 1 events"),
     "surfaces before the picture": (_LATE, (DOME, BETWEEN, RING, STAIN), "it must end PICTURE"),
     "the picture before surfaces": (_EARLY, (RING,), "ends PICTURE after"),
-    "the picture's whole plane stops": (_WIDE, (RING,), "it must end"),
+    "the picture's whole plane stops": (_WIDE, (EDGE,), "after 1 events; it must end"),
     "absorption of the medium entered": (_AFTER, (STAIN,), "transmission of red light is"),
     "absorption of the lens whose surface it is": (_SURFACE, (STAIN,), "transmission of green light is"),
     "nothing absorbed on the last leg": (_LAST, (STAIN, GIVES_WAY), "transmission of red light is"),
@@ -61,8 +66,14 @@ FAULTS: dict[str, tuple[Fault | None, tuple[str, ...], str]] = {
 EVERY = tuple(dict.fromkeys([*(name for _, names, _ in FAULTS.values() for name in names), *OTHERS]))
 
 
-def planted(fault: Fault | None) -> AbstractContextManager[None]:
-    return swapped_priorities() if fault is None else broken(fault)
+@contextmanager
+def planted(faults: Fault | tuple[Fault, ...] | None) -> Iterator[None]:
+    with ExitStack() as stack:
+        if faults is None:
+            stack.enter_context(swapped_priorities())
+        for fault in (faults,) if isinstance(faults, Fault) else faults or ():
+            stack.enter_context(broken(fault))
+        yield
 
 
 def verdicts(names: tuple[str, ...]) -> dict[str, Verdict]:
@@ -84,5 +95,5 @@ def test_the_pack_finds_the_fault_and_says_where(name: str) -> None:
         found = verdicts((*cases, *OTHERS))
     assert {each.case.name for each in found.values() if each.wrong} == set(cases)
     told = [str(wrong) for each in found.values() for wrong in each.wrong]
-    assert len(told) >= 3 * len(cases)
+    assert len(told) >= len(cases)
     assert any(says in each for each in told), told[:5]
