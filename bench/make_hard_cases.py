@@ -26,6 +26,7 @@ from hard_cases import (
     noisy,
     opaque,
     paths,
+    pictured,
     refraction,
     roots,
     screens,
@@ -60,6 +61,7 @@ def every_case() -> Iterator[Case]:
         axes,
         arranged,
         words,
+        pictured,
     ):
         yield from module.cases()
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from lenscl.codegen import assemble, fragments
+from lenscl.codegen import Structure, assemble, fragments
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,3 +83,28 @@ def broken(fault: Fault) -> Iterator[None]:
         patch.setattr(fragments, "fragment", patched)
         patch.setattr(assemble, "_kept", {})  # what was written of the whole ones
         yield
+
+
+_media = assemble._media
+
+
+@contextmanager
+def swapped_priorities() -> Iterator[None]:
+    """Assemble kernels in which the lens of lowest priority is the medium where some overlap."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(assemble, "_media", _lowest_first)
+        patch.setattr(assemble, "_kept", {})
+        yield
+
+
+def _lowest_first(structure: Structure) -> Iterator[str]:
+    order = [number for number in structure.nests if number in structure.lenses]
+    text = "".join(_media(structure))
+    for number, other in zip(order, reversed(order), strict=True):
+        bits = [structure.nests.index(each) for each in (number, other)]
+        own, swapped = (
+            f"(maskv)(MASK){1 << bits[k]}) != (maskv)0 ? (maskv){each}" for k, each in enumerate((number, other))
+        )
+        assert own in text
+        text = text.replace(own, f"@{swapped}")
+    yield text.replace("@", "")

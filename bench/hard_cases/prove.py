@@ -27,6 +27,7 @@ from lenscl.expr.graph import node, number, walk
 from lenscl.hardcases import LEVELS, ROUNDING, ULPS, Answers, Array, Case, Expected, Level, Moved, number_of
 from lenscl.materials import Constant, Material
 from lenscl.reference.oracle import Proof, prove_pixels, prove_rays
+from lenscl.reference.stops import picture_stops
 from lenscl.status import RayStatus
 
 # Whether a pair adds to the two offsets and the two turns of a ray, or takes away
@@ -54,7 +55,8 @@ def expected_of(case: Case) -> Expected:
         for ray, proof in zip(moved[level].ray.tolist(), beside, strict=True):
             if level == "double" and not reasons[ray]:
                 reasons[ray] = number_of(proof.reason)
-    return Expected(answers=_answers(exact), moved=moved, reasons=reasons)
+    lengths = _lengths(exact, len(scene.lenses)) if case.counts_lengths else None
+    return Expected(answers=_answers(exact), moved=moved, reasons=reasons, lengths=lengths)
 
 
 def _starts(case: Case, origins: Array) -> Array:
@@ -65,6 +67,7 @@ def _moved(case: Case, scene: Scene, exact: list[Proof], level: Level) -> tuple[
     """Return what becomes of rays that are moved, and the proofs of what lies beside those that are not stable."""
     size = ULPS * ROUNDING[level]
     most, squares = np.zeros(len(exact)), np.zeros(len(exact))
+    longer = np.zeros((len(exact), len(scene.lenses) + 1))
     is_stable = np.array([proof.status is not None for proof in exact])
     beside: list[tuple[int, Proof]] = []
 
@@ -78,6 +81,8 @@ def _moved(case: Case, scene: Scene, exact: list[Proof], level: Level) -> tuple[
                     is_stable[i] = False
                 elif proof.st is not None:
                     change[i] = max(change[i], _apart(proof, exact[i]))
+                    if case.counts_lengths:
+                        longer[i] = np.maximum(longer[i], np.abs(_longer(proof, exact[i])))
         return change
 
     for pair in range(len(_SIGNS)):
@@ -94,6 +99,7 @@ def _moved(case: Case, scene: Scene, exact: list[Proof], level: Level) -> tuple[
         is_stable=is_stable,
         beside=_answers(proofs),
         ray=np.array([i for i, _ in kept], np.int32),
+        length_spread=longer if case.counts_lengths else None,
     )
     return moved, proofs
 
@@ -112,6 +118,10 @@ def _beside(case: Case, scene: Scene, rays: NDArray[np.intp], pair: int, size: f
     if pair >= len(_SIGNS):  # paths that lie between are met by smaller moves
         size *= 2.0 ** -float(random.integers(0, 7))
     moved = _scene_moved(scene, shift, with_lenses=not (case.starts_exactly or case.keeps_contact))
+    if case.starts_exactly:  # where a film's rays do
+        moved = replace(moved, source=scene.source)
+    if case.keeps_contact and picture_stops(scene):  # nor is the picture moved away from the faces that it lies on
+        moved = replace(moved, picture=scene.picture)
     moves = size * shares(len(rays), 256, 2, 3) * np.array([[reach(scene)], [1.0]])
 
     def shake(ray: int, event: int) -> tuple[list[float], list[float]]:
@@ -211,6 +221,15 @@ def _answers(proofs: list[Proof]) -> Answers:
         events=np.array([proof.events for proof in proofs], np.uint8),
         st=np.array(places, np.float64).reshape(-1, 2),
     )
+
+
+def _lengths(proofs: list[Proof], lenses: int) -> Array:
+    nothing = [0.0] * (lenses + 1)
+    return np.array([[float(x.mid()) for x in proof.lengths] or nothing for proof in proofs], np.float64)
+
+
+def _longer(one: Proof, other: Proof) -> Array:
+    return np.array([float((a - b).mid()) for a, b in zip(one.lengths, other.lengths, strict=True)])
 
 
 def _apart(one: Proof, other: Proof) -> float:

@@ -45,6 +45,8 @@ def hardcases(method: str, precision: str | None, label: str | None, names: tupl
     expected at most for the method and precision. The last column counts wrong answers. Families of later editions of
     the pack stand apart. A second table counts the reasons for undecided rays.
 
+    Path length and absorption are judged, too, in cases that ask for them.
+
     If an answer is wrong, or a family has more undecided rays than expected, the exit code is 3. The march is no
     guaranteed method: it loses short chords, and they count as wrong; no number of undecided rays is expected of it.
 
@@ -143,11 +145,15 @@ def _complaints(verdicts: Sequence[Verdict]) -> Iterable[str]:
             f"{many(len(refused), 'case')} left out, as the method does not serve them; "
             f"{refused[0].case.name}: {refused[0].refusal}"
         )
-    lines = [f"wrong: {each.case.name}: {wrong}" for each in verdicts for wrong in each.wrong[:_MOST_OF_A_CASE]]
-    yield from lines[:_MOST_LINES]
-    count = sum(len(each.wrong) for each in verdicts)
-    if count > min(len(lines), _MOST_LINES):
-        yield f"and {count - min(len(lines), _MOST_LINES)} more; --json lists all"
+    told, count = 0, sum(len(each.wrong) for each in verdicts)
+    for each in verdicts:
+        some = each.wrong[: min(_MOST_OF_A_CASE, _MOST_LINES - told)]
+        if some:
+            yield f"{each.case.family}: {each.case.why}"
+        yield from (f"wrong: {each.case.name}: {wrong}" for wrong in some)
+        told += len(some)
+    if count > told:
+        yield f"and {count - told} more; --json lists all"
 
 
 def _finite(value: float) -> float | None:

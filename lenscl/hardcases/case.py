@@ -52,6 +52,8 @@ class Case:
     has_gaps : bool
         F has no value, or jumps, on some of the rays' way. Those of which neither the oracle nor any move tells how
         they end must be left undecided: any answer is a guess.
+    counts_lengths : bool
+        The rays are those of a film, and the scene counts path length, or absorbs: what is counted is judged, too.
     """
 
     name: str
@@ -70,6 +72,7 @@ class Case:
     edition: int = 1
     proved_as: str = ""
     has_gaps: bool = False
+    counts_lengths: bool = False
 
     @property
     def key(self) -> str:
@@ -77,6 +80,7 @@ class Case:
         parts = [self.name, self.scene, str(self.starts_exactly), str(self.counts_from)]
         parts += [self.proved_as] if self.proved_as else []
         parts += ["keeps contact"] if self.keeps_contact else []
+        parts += ["counts lengths"] if self.counts_lengths else []
         digest = hashlib.sha256("\n".join(parts).encode())
         for array in (self.origins, self.directions):
             digest.update(b"" if array is None else np.ascontiguousarray(array).tobytes())
@@ -118,12 +122,15 @@ class Moved:
         Those of all moves of the rays that are not stable, M in all.
     ray : int array, shape (M,)
         Whose they are.
+    length_spread : float64 array, shape (N, L + 1), or None
+        The largest changes of `Expected.lengths`, of what ends alike.
     """
 
     spread: Array
     is_stable: NDArray[np.bool_]
     beside: Answers
     ray: NDArray[np.int32]
+    length_spread: Array | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -137,8 +144,12 @@ class Expected:
     reasons : uint8 array, shape (N,), or None
         Numbers in `REASONS`: why the oracle does not decide a ray, or one of its moves by roundings of double; 0 where
         it decides all. None where nothing is known of it.
+    lengths : float64 array, shape (N, L + 1), or None
+        How far each ray travels in each of L lenses where that is the medium, and last around all lenses, up to where
+        it lands. None where the scene counts neither path length nor absorption.
     """
 
     answers: Answers
     moved: dict[Level, Moved]
     reasons: NDArray[np.uint8] | None = None
+    lengths: Array | None = None

@@ -29,9 +29,10 @@ from lenscl.imaging.atomic import whole_file
 _FOLDER = Path(str(files("lenscl.hardcases"))) / "pack"
 _CASES, _RAYS, _UNDECIDED = "cases.toml", "rays.npz", "undecided.toml"
 _WORDS = ("name", "family", "why", "scene", "equals", "refused", "proved_as")
-_FLAGS = ("is_exact", "starts_exactly", "keeps_contact", "has_gaps")
+_FLAGS = ("is_exact", "starts_exactly", "keeps_contact", "has_gaps", "counts_lengths")
 _GIVEN = ("origins", "directions", "lacks_values")
 _ANSWERS = ("status", "events", "st")
+_LENGTHS = ("lengths", *(f"lengths.{level}" for level in LEVELS))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -84,6 +85,7 @@ def load_pack() -> Pack:
     given = _split(arrays, _GIVEN, arrays["given"])
     answers = _split(arrays, (*_ANSWERS, "reasons"), arrays["rays"])
     moved = {level: _moved(level, arrays) for level in LEVELS}
+    lengths = _split(arrays, _LENGTHS, arrays["lengths_of"])
     cases, expected = [], {}
     for number, row in enumerate(rows):
         rays: Mapping[str, Any] = given[number] if arrays["given"][number] else {}
@@ -98,6 +100,8 @@ def load_pack() -> Pack:
                 moved={level: moved[level][number] for level in LEVELS},
                 reasons=reasons,
             )
+            if case.counts_lengths:
+                expected[case.name] = _with_lengths(expected[case.name], lengths[number])
     return Pack(cases=tuple(cases), expected=expected, most_undecided=most_undecided())
 
 
@@ -141,6 +145,9 @@ def write_pack(pack: Pack) -> None:
     }
     arrays |= _joined("", [each.answers for each in proved])
     arrays["reasons"] = np.concatenate([_reasons(each) for each in proved])
+    lengths = [_lengths(each) for each in expected]
+    arrays["lengths_of"] = np.array([each.shape[1] for each in lengths], np.int32)
+    arrays |= dict(zip(_LENGTHS, np.concatenate(lengths, axis=1), strict=True))
     for level in LEVELS:
         moved = [each.moved[level] for each in proved]
         arrays |= {
@@ -180,6 +187,23 @@ def _lacking(case: Case) -> NDArray[np.bool_]:
 def _reasons(expected: Expected) -> NDArray[np.uint8]:
     count = len(expected.answers.status)
     return np.zeros(count, np.uint8) if expected.reasons is None else expected.reasons
+
+
+def _lengths(expected: Expected | None) -> NDArray[np.float64]:
+    """Return the rows of `_LENGTHS` of a case, one number after another; of none where nothing is counted."""
+    if expected is None or expected.lengths is None:
+        return np.zeros((len(_LENGTHS), 0))
+    spreads = [expected.moved[level].length_spread for level in LEVELS]
+    return np.stack([each.ravel() for each in (expected.lengths, *spreads) if each is not None])
+
+
+def _with_lengths(expected: Expected, stored: Mapping[str, NDArray[np.float64]]) -> Expected:
+    lengths, *spreads = (each.reshape(len(expected.answers.status), -1) for each in stored.values())
+    moved = {
+        level: replace(expected.moved[level], length_spread=spread)
+        for level, spread in zip(LEVELS, spreads, strict=True)
+    }
+    return replace(expected, lengths=lengths, moved=moved)
 
 
 def _joined(prefix: str, answers: Sequence[Answers]) -> dict[str, NDArray[Any]]:

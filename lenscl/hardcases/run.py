@@ -13,6 +13,7 @@ from lenscl.device import Device
 from lenscl.errors import BuildError, StudyError, TraceError
 from lenscl.hardcases.blocked import misplaced
 from lenscl.hardcases.case import Answers, Case, Level
+from lenscl.hardcases.counted import miscounted
 from lenscl.hardcases.judge import Verdict, Wrong, judge
 from lenscl.hardcases.pack import Pack
 from lenscl.tracing import RayMap, RayPaths, methods_of, trace, trace_rays
@@ -63,7 +64,8 @@ def run_pack(
             kept[case.name] = answers
         finest: Level = "double" if device.has_double else "single"
         verdict = judge(case, pack.expected[case.name], answers, level, finest)
-        broken = (*_broken(ends, level), *misplaced(case, scene, ends, level))
+        broken = [*_broken(ends, level), *misplaced(case, scene, ends, level)]
+        broken += miscounted(case, scene, pack.expected[case.name], ends, level)
         verdict = replace(verdict, again=ends.escalated, wrong=(*verdict.wrong, *broken))
         yield _with_differences(verdict, answers, kept[case.equals]) if case.equals in kept else verdict
 

@@ -19,10 +19,12 @@ from lenscl.config import Scene
 from lenscl.errors import LensclError
 from lenscl.reference.crossing import UndecidableError
 from lenscl.reference.jets import contains_zero
+from lenscl.reference.landing import Plane
 from lenscl.reference.library import python_flint
 from lenscl.reference.placed import Placed
 from lenscl.reference.stops import picture_stops
-from lenscl.reference.vectors import cross, dot, minus, plus, times, unit, vector
+from lenscl.reference.touching import Met
+from lenscl.reference.vectors import dot, minus, plus, times, unit, vector
 from lenscl.status import RayStatus
 
 if TYPE_CHECKING:
@@ -39,10 +41,6 @@ RADIUS = 1e-20  # picture coordinates; a hundred thousandth of the last bit of a
 MOST_BITS = 2048
 TOO_LONG = "certified answers of so many rays would take too long"
 _FIRST_BITS = 128
-_FARTHEST = 10**30  # |s| or |t| beyond are BEHIND
-_CONTACT = 2.0**-48  # of the size of a lens and of its distance from the world's origin: nearer faces are in contact
-_GAP = 2.0**-44  # and there is a gap between those that are farther apart; in between it cannot be told
-_PARALLEL = 1e-7  # sine of the angle between normals of faces in contact
 _NORMAL = 2.0**-20  # a unit normal that is known less well is that of an edge, where both sides' are enclosed
 
 
@@ -64,6 +62,9 @@ class Proof:
         That it took.
     reason : str
         Why the ray is undecidable; else empty.
+    lengths : tuple of arb
+        How far the ray travelled in each lens that was the medium, in their order, and last around all lenses: up to
+        where it landed, or to its last event. Empty where nothing is proved.
     looks : int
         At F along the ray that it took, all numbers of bits together: a measure of time that no clock tells.
     """
@@ -74,6 +75,7 @@ class Proof:
     radius: float
     bits: int
     reason: str = ""
+    lengths: tuple[arb, ...] = ()
     looks: int = 0
 
     def distance(self, s: float, t: float) -> float:
@@ -226,17 +228,6 @@ def _behind(scene: Scene, target: Vector) -> arb:
     return (reach + dot(target, target).sqrt()).upper()
 
 
-@dataclass(frozen=True, slots=True)
-class _Met:
-    """The surfaces that are met next, in contact with each other."""
-
-    lenses: frozenset[int]  # their numbers
-    nearest: int  # the first of them
-    t: arb  # of the ray there
-    point: Vector  # world, on that one
-    normal: Vector  # of that one, outward, of any length
-
-
 class _Path:
     """One ray at one number of bits."""
 
@@ -244,7 +235,8 @@ class _Path:
         self.scene, self.bits, self.shake = scene, bits, shake
         self.lenses = [Placed(lens) for lens in scene.lenses]
         self.events = 0
-        self.is_screen = picture_stops(scene)
+        self.lengths: dict[int | None, arb] = {}  # by the medium
+        self.picture, self.is_screen = Plane(scene.picture), picture_stops(scene)
         self.rank = {number: place for place, number in enumerate(scene.by_priority())}
         self.inside: frozenset[int] = frozenset()  # numbers of the lenses whose solids it travels in
         self.on: frozenset[int] = frozenset()  # and of those on whose surfaces it starts, exactly
@@ -271,12 +263,11 @@ class _Path:
         """Follow the ray to its end."""
         while True:
             met = self._next_surfaces()
-            if self.is_screen and self._meets_picture(met):
-                return self._landed()
-            if met is None:
+            if met is None or (self.is_screen and self.picture.ends(self.origin, self.direction, met)):
                 return self._landed()
             behind = self.inside ^ met.lenses
             before, after = self._medium(self.inside), self._medium(behind)
+            self._travels(met.t)
             if before == after:  # within one medium there is no event
                 self.origin, self.on, self.inside = met.point, met.lenses, behind
                 continue
@@ -290,6 +281,10 @@ class _Path:
             if self.shake is not None:
                 self.direction = unit(plus(self.direction, vector(self.shake(self.events - 1)[1])))
 
+    def _travels(self, far: arb) -> None:
+        medium = self._medium(self.inside)
+        self.lengths[medium] = self.lengths.get(medium, 0) + far
+
     def _medium(self, inside: frozenset[int]) -> int | None:
         """Return the lens that is the medium where some solids overlap; None around all lenses."""
         return max(inside, key=self.rank.__getitem__, default=None)
@@ -297,7 +292,7 @@ class _Path:
     def _index(self, medium: int | None) -> float:
         return self.scene.n_medium if medium is None else self.scene.lenses[medium].n
 
-    def _next_surfaces(self) -> _Met | None:
+    def _next_surfaces(self) -> Met | None:
         """Return what is met next: one surface, or those that are in contact there; None where there is none."""
         found: list[tuple[arb, int, Vector]] = []
         for number, lens in enumerate(self.lenses):
@@ -312,52 +307,14 @@ class _Path:
             return None
         nearest = reduce(lambda a, b: b if b[0] < a[0] else a, found)
         number, local = nearest[1:]
-        point, normal = self.lenses[number].point_to_world(local), self._normal(number, local)
-        lenses = {number}
-        for t, other, its_local in found:
-            if other != number and self._touches(t - nearest[0], normal, self._normal(other, its_local), number, point):
-                lenses.add(other)
-        return _Met(frozenset(lenses), number, nearest[0], point, normal)
-
-    def _meets_picture(self, met: _Met | None) -> bool:
-        """Say whether the ray meets the picture before what it meets next, or on a face that lies on the picture."""
-        place = self._on_plane()
-        if place is None:
-            return False
-        distance, s, t = place
-        if distance < 0 or any(x < 0 or x >= 1 for x in (s, t)):
-            return False
-        if met is not None and distance > met.t:
-            picture = self.scene.picture
-            normal = cross(vector(picture.right), vector(picture.down))
-            if not self._touches(distance - met.t, met.normal, normal, met.nearest, met.point):
-                return False
-        if not distance > 0:
-            raise UndecidableError("the ray starts on the picture's plane")
-        if not all(x >= 0 and x < 1 for x in (s, t)) and met is not None:
-            raise UndecidableError("the ray meets an edge of the picture")
-        if met is not None and not distance < met.t:
-            picture = self.scene.picture
-            normal = cross(vector(picture.right), vector(picture.down))
-            self._touches(distance - met.t, met.normal, normal, met.nearest, met.point)  # or raises
-        return True
-
-    def _touches(self, apart: arb, normal: Vector, other: Vector, number: int, point: Vector) -> bool:
-        """Say whether a surface that is met so much later is in contact with the nearest.
-
-        Scenes are written in float64, so faces that are meant to coincide may be apart by roundings of their numbers.
-        """
-        size = abs(dot(point, point)).upper().sqrt() + self.lenses[number].size
-        cosine = abs(dot(self.direction, normal)) / dot(normal, normal).sqrt()
-        gap = abs(apart) * cosine
-        if gap > _GAP * size:
-            return False
-        if not gap < _CONTACT * size:
-            raise UndecidableError("two surfaces are met at places that are neither in contact nor apart")
-        across = cross(normal, other)
-        if not dot(across, across) < _PARALLEL**2 * dot(normal, normal) * dot(other, other):
-            raise UndecidableError("the ray meets an edge that two solids share")
-        return True
+        lens, normal = self.lenses[number], self._normal(number, local)
+        first = Met(frozenset({number}), number, nearest[0], lens.point_to_world(local), normal, lens.size)
+        touching = {
+            other
+            for t, other, its_local in found
+            if other != number and first.touches(t, self._normal(other, its_local), self.direction)
+        }
+        return replace(first, lenses=first.lenses | touching)
 
     def _normal(self, number: int, local: Vector) -> Vector:
         lens = self.lenses[number]
@@ -365,7 +322,7 @@ class _Path:
             local = plus(local, lens.vector_to_local(vector(self.shake(self.events)[0])))
         return lens.normal(lens.at(local).slopes)
 
-    def _bent(self, met: _Met, before: int | None, after: int | None) -> bool:
+    def _bent(self, met: Met, before: int | None, after: int | None) -> bool:
         """Go through the surface between two media; False where the ray ends in total reflection."""
         from flint import arb
 
@@ -397,41 +354,34 @@ class _Path:
         return True
 
     def _landed(self) -> Proof:
-        place = self._on_plane()
+        place = self.picture.place(self.origin, self.direction)
         if place is None:
             return self._ended(RayStatus.BEHIND)
-        distance, s, t = place
-        if contains_zero(distance):
+        if contains_zero(place.distance):
             raise UndecidableError("the ray starts on the picture's plane")
-        if distance < 0 or abs(s) > _FARTHEST or abs(t) > _FARTHEST:
-            return self._ended(RayStatus.BEHIND)
-        radius = max(float(each.rad().upper()) for each in (s, t)) * (1 + 2.0**-50)
-        status = RayStatus.PICTURE if all(x >= 0 and x < 1 for x in (s, t)) else RayStatus.OFF_PICTURE
-        if status is RayStatus.OFF_PICTURE and not any(x < 0 or x >= 1 for x in (s, t)):
-            return Proof(
-                status=None, events=self.events, st=(s, t), radius=radius, bits=self.bits,
-                reason="the ray lands on an edge of the picture",
-            )  # fmt: skip
-        return Proof(status=status, events=self.events, st=(s, t), radius=radius, bits=self.bits)
+        status = place.status
+        if status is RayStatus.BEHIND:
+            return self._ended(status)
+        self._travels(place.distance)
+        proof = Proof(
+            status=status,
+            events=self.events,
+            st=(place.s, place.t),
+            radius=place.radius,
+            bits=self.bits,
+            lengths=self._lengths_by_medium(),
+        )
+        return proof if status is not None else replace(proof, reason="the ray lands on an edge of the picture")
 
-    def _on_plane(self) -> tuple[arb, arb, arb] | None:
-        """Return the distance of the picture's plane along the ray, and s and t there; None where it is parallel."""
-        picture = self.scene.picture
-        right, down = vector(picture.right), vector(picture.down)
-        normal = cross(right, down)
-        toward = minus(vector(picture.corner), self.origin)
-        falls = dot(normal, self.direction)
-        if falls.is_zero():
-            return None
-        if contains_zero(falls):
-            raise UndecidableError("the ray is parallel to the picture, or nearly so")
-        distance = dot(normal, toward) / falls
-        point = minus(times(distance, self.direction), toward)
-        square = dot(normal, normal)
-        return distance, dot(cross(point, down), normal) / square, dot(cross(right, point), normal) / square
+    def _lengths_by_medium(self) -> tuple[arb, ...]:
+        from flint import arb
+
+        return tuple(self.lengths.get(medium, arb(0)) for medium in (*range(len(self.lenses)), None))
 
     def _ended(self, status: RayStatus) -> Proof:
-        return Proof(status=status, events=self.events, st=None, radius=0.0, bits=self.bits)
+        return Proof(
+            status=status, events=self.events, st=None, radius=0.0, bits=self.bits, lengths=self._lengths_by_medium()
+        )
 
     def doubtful(self, reason: str) -> Proof:
         """Return that the ray cannot be told at this number of bits."""

@@ -20,6 +20,7 @@ from lenscl.config import Lens, Scene
 from lenscl.expr import evaluate, evaluate_with_error, gradient
 from lenscl.reference import contact, march, rays, screen, snell
 from lenscl.reference.placement import Placement
+from lenscl.reference.stops import picture_stops
 from lenscl.status import RayStatus
 
 Array = NDArray[np.float64]
@@ -40,6 +41,7 @@ class Steps:
     refract: Callable[..., Any] = snell.refract
     reflect: Callable[[Array, Array], Array] = snell.reflect
     land: Callable[..., Any] = screen.land
+    stops: Callable[..., Any] = screen.stops
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -85,6 +87,7 @@ class _Tracer:
         self.travels = np.ones(n, dtype=np.bool_)
         self.lands = np.zeros(n, dtype=np.bool_)
         self.order = np.array(steps.by_priority(scene), dtype=np.int64)
+        self.is_screen = picture_stops(scene)
         for number, lens in enumerate(scene.lenses):
             self._start_on(number, lens)
 
@@ -122,8 +125,12 @@ class _Tracer:
         point, normal = point[lens_met, row], normal[lens_met, row]
         length = np.linalg.norm(normal, axis=1)
         last = np.where(crossed, t, -np.inf).max(axis=0)
-        undecided = (doubt <= np.where(met, last, np.inf)) & np.isfinite(doubt)
-        undecided |= met & (edge | ~((length > 0) & np.isfinite(length)))
+        edge |= ~((length > 0) & np.isfinite(length))
+        landing, unsure = self._landing(asks, np.where(met, t[lens_met, row], np.inf), spread[lens_met, row], normal)
+        stopped = np.isfinite(landing)
+        met &= ~stopped
+        proved_to = np.where(met, last, landing)
+        undecided = ((doubt <= proved_to) & np.isfinite(doubt)) | (met & edge) | unsure
         inside = self.inside[:, asks]
         before, after = self.medium(inside), self.medium(inside ^ crossed)
         passes = met & (before == after)
@@ -141,6 +148,17 @@ class _Tracer:
         leaves = inside[lens_met, row][bends]
         facing = np.where(leaves[:, None], -1.0, 1.0) * normal[bends] / length[bends, None]
         self._bend(asks[bends], facing, before[bends], after[bends], crossed[:, bends])
+
+    def _landing(
+        self, asks: NDArray[np.intp], nearest: Array, spread: Array, normal: Array
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Return where the picture ends rays before the next surface, inf where not, and of which rounding hides it."""
+        if not self.is_screen:
+            return np.full(len(asks), np.inf), np.zeros(len(asks), dtype=np.bool_)
+        found: tuple[Array, NDArray[np.bool_]] = self.steps.stops(
+            self.point[asks], self.direction[asks], self.scene.picture, nearest, spread, normal
+        )
+        return found
 
     def _meet(self, number: int, asks: NDArray[np.intp]) -> tuple[Any, ...]:
         lens = self.scene.lenses[number]

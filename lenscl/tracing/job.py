@@ -210,7 +210,7 @@ class Job:
         undecided = undecided[goes]
         again = decided_ends(next_job, points[goes], unit_vectors(vectors[goes]))
         for name, array in ends.items():
-            array[undecided] = again[name]
+            array[undecided] = again[name] if name != "st" else _rounded(again["st"], again["status"], array.dtype)
         self._escalated += len(undecided)
         self._seconds += next_job._seconds
 
@@ -267,6 +267,17 @@ class Job:
             "scene": self.scene,
             "device": self.device,
         }
+
+
+def _rounded(st: NDArray[Any], status: NDArray[np.uint8], dtype: np.dtype[Any]) -> NDArray[Any]:
+    """Return picture coordinates, shape (N, 2), in a precision that may be coarser, on the same side of every edge.
+
+    Those of a ray that lands on the picture stay below 1, and what is below 0 stays so: the status goes with them.
+    """
+    rounded = st.astype(dtype)
+    is_on = (status == RayStatus.PICTURE)[:, None]
+    rounded = np.where(is_on, np.minimum(rounded, np.nextafter(dtype.type(1), dtype.type(0))), rounded)
+    return np.where((st < 0) & (rounded == 0), -np.finfo(dtype).tiny, rounded)
 
 
 def traced_rays(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> RayPaths:

@@ -116,6 +116,8 @@ def test_all_pixels_of_a_bubble_and_a_doublet_are_followed_as_they_are_proved() 
             path = explain_pixel(scene, row, column)
             assert path.total == len(path.events) == raymap.events[row, column]
             assert path.growth is not None
+            assert path.proof is not None
+            assert (path.proof.status, path.proof.events) == (path.status, path.total)
             for one, other in zip(path.events, path.events[1:], strict=False):
                 assert one.after == other.before or one.kind == "total reflection"
             assert path.events[0].before is None

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from faults_in_kernels import Fault, broken
+from faults_in_kernels import Fault, broken, swapped_priorities
 from overlapping_scenes import overlapping_scene, solids_of
 from probe import plain_device
 from scenes import make_scene
@@ -17,7 +17,6 @@ from lenscl import RayStatus, trace
 from lenscl.accuracy import SelfCheck, check_map
 from lenscl.accuracy.selfcheck import check_rays
 from lenscl.accuracy.selfcheck.media import AROUND, UNKNOWN, media_at
-from lenscl.codegen import Structure, assemble
 from lenscl.config import Scene
 
 PRECISIONS = ("double", "single", "mixed")
@@ -271,28 +270,10 @@ def test_a_fault_is_caught_by_the_law_that_it_breaks(which: str) -> None:
     assert "all hold" not in check.summary()
 
 
-def lowest_first(structure: Structure) -> Iterator[str]:
-    """Write the rule of media with the lowest priority on top."""
-    order = [number for number in structure.nests if number in structure.lenses]
-    text = "".join(_media(structure))
-    for number, other in zip(order, reversed(order), strict=True):
-        bits = [structure.nests.index(each) for each in (number, other)]
-        own, swapped = (
-            f"(maskv)(MASK){1 << bits[k]}) != (maskv)0 ? (maskv){each}" for k, each in enumerate((number, other))
-        )
-        assert own in text
-        text = text.replace(own, f"@{swapped}")
-    yield text.replace("@", "")
-
-
-_media = assemble._media
-
-
 @pytest.mark.parametrize("name", ["a bubble", "two balls"])
-def test_swapped_priorities_are_caught(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(assemble, "_media", lowest_first)
-    monkeypatch.setattr(assemble, "_kept", {})
-    check = check_map(trace(arrangement(name), device=plain_device(1)))
+def test_swapped_priorities_are_caught(name: str) -> None:
+    with swapped_priorities():
+        check = check_map(trace(arrangement(name), device=plain_device(1)))
     assert check.failed > 20
     assert check.worst["ahead"] > 1e6
     assert check.worst["snell"] > 1e6

@@ -121,6 +121,8 @@ def test_wrong_answers_are_named_and_the_exit_code_tells() -> None:
     code, out, err = run("--method", "march", "--case", "short chord: a sheet 1e-09")
     assert code == 3
     assert "wrong: short chord: a sheet 1e-09 thick: ray " in err
+    assert "\nshort chord: " in f"\n{err}", "the family, and what is hard about the case"
+    assert err.count("wrong: ") == 3
     assert out.splitlines()[-3].split()[-1] != "0"
 
 

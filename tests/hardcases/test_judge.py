@@ -11,7 +11,7 @@ import pytest
 
 from lenscl import RayStatus
 from lenscl.hardcases import REASONS, ROUNDING, ULPS, Answers, Case, Expected, Moved, Verdict, judge, number_of
-from lenscl.reference import crossing, oracle
+from lenscl.reference import crossing, landing, oracle, touching
 
 CASE = Case(name="three rays", family="of this test", why="to try the judge", scene="")
 Row = tuple[RayStatus, int, float]
@@ -190,7 +190,7 @@ def test_undecided_rays_are_counted_by_reason_and_sum_up() -> None:
 
 def test_every_reason_of_the_oracle_has_its_number() -> None:
     said = set()
-    for module in (crossing, oracle):
+    for module in (crossing, landing, oracle, touching):
         for found in ast.walk(ast.parse(Path(module.__file__).read_text(encoding="utf-8"))):
             match found:
                 case ast.Call(func=ast.Name(id="UndecidableError"), args=[argument]):

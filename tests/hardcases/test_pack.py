@@ -16,6 +16,7 @@ from lenscl.expr import FUNCTIONS, evaluate
 from lenscl.hardcases import LEVELS, REASONS, Case, Level, Pack, load_pack, write_pack
 from lenscl.hardcases.pack import _FOLDER as PACK
 from lenscl.methods import METHODS
+from lenscl.reference import film_rays
 from lenscl.reference.oracle import Proof, prove_pixels, prove_rays
 
 FAMILIES = {
@@ -28,6 +29,7 @@ FAMILIES = {
 LATER = {
     2: {"unknown operand", "noisy path", "opaque lens", "axis"},
     3: {"arrangements", "words"},
+    4: {"pictures in glass"},
 }  # families by the edition that they came with
 
 
@@ -41,6 +43,7 @@ _FIELDS = (
     "edition",
     "proved_as",
     "has_gaps",
+    "counts_lengths",
 )
 
 
@@ -161,7 +164,8 @@ def test_each_case_holds_rays_firmly_in_double(pack: Pack) -> None:
     # A touch of multiplicity 4; along a surface; where there is no normal
     along = ("along the sphere", "along the torus, outside", "along the torus, in its hole", "along the end of a rod")
     at = ("at the tip of a cone", "at the dimple of the heart", "at the pinch of the bifolia")
-    assert loose == {"bifolia: the axis", *(f"start: {place}" for place in (*along, *at))}
+    on_it = "pictures in glass: a source on the picture"
+    assert loose == {"bifolia: the axis", on_it, *(f"start: {place}" for place in (*along, *at))}
 
 
 def test_every_function_that_users_may_write_stands_in_a_case(pack: Pack) -> None:
@@ -170,6 +174,7 @@ def test_every_function_that_users_may_write_stands_in_a_case(pack: Pack) -> Non
 
 
 def test_what_is_stored_fits_together(pack: Pack) -> None:
+    counted = 0
     for case in pack.cases:
         if case.refused:
             assert case.name not in pack.expected
@@ -183,8 +188,34 @@ def test_what_is_stored_fits_together(pack: Pack) -> None:
             assert moved.spread.shape == moved.is_stable.shape == (count,)
             assert (moved.spread >= 0).all()
             assert set(moved.ray.tolist()) == set(np.flatnonzero(~moved.is_stable).tolist())
+        assert (expected.lengths is not None) == case.counts_lengths
+        if expected.lengths is not None:
+            assert expected.lengths.shape == (count, len(scene_from_toml(case.scene).lenses) + 1)
+            for level in LEVELS:
+                spread = expected.moved[level].length_spread
+                assert spread is not None
+                assert spread.shape == expected.lengths.shape
+                assert (spread[:, -1] > 0).any()
+            counted += 1
         # What rounding to double may do, rounding to single may do all the more
         assert (expected.moved["double"].is_stable | ~expected.moved["single"].is_stable).mean() > 0.99
+    assert counted >= 8
+
+
+def test_rays_of_a_slab_travel_as_far_as_snells_law_says(pack: Pack) -> None:
+    """The slab's upper face lies at z = 0.5, its index is 1.5, and the source at z = 4."""
+    seen = 0
+    for where, z in (("just below the face", 0.499), ("in the middle", 0.1), ("on its far face", -0.5)):
+        name = f"pictures in glass: slab, {where}"
+        exact = pack.expected[name]
+        scene = scene_from_toml(next(case.scene for case in pack.cases if case.name == name))
+        origins, ahead = film_rays(scene)
+        sine = np.linalg.norm(ahead[:, :2], axis=1) / np.linalg.norm(ahead, axis=1)
+        assert exact.lengths is not None
+        np.testing.assert_allclose(exact.lengths[:, 1], 3.5 / np.sqrt(1.0 - sine**2), rtol=1e-14)
+        np.testing.assert_allclose(exact.lengths[:, 0], (0.5 - z) / np.sqrt(1.0 - (sine / 1.5) ** 2), rtol=1e-13)
+        seen += len(origins)
+    assert seen == 48
 
 
 def test_most_rays_are_held_to_their_path_in_either_precision(pack: Pack) -> None:

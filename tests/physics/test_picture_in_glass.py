@@ -13,6 +13,7 @@ import lenscl
 from lenscl import RayStatus, StudyError
 from lenscl.config import Scene
 from lenscl.reference.oracle import prove_pixels
+from lenscl.tracing.job import _rounded
 
 PRECISIONS = ("double", "single", "mixed")
 SLAB = {"surface": "max(abs(x) - 2, abs(y) - 2, abs(z) - 0.5)", "bounds": [[-2.1, -2.1, -0.6], [2.1, 2.1, 0.6]]}
@@ -147,3 +148,31 @@ def test_a_source_on_the_picture_is_not_decided() -> None:
     )  # fmt: skip
     assert (lenscl.trace(scene).status == RayStatus.UNDECIDED).all()
     assert math.isclose(float(scene.picture.centre[2]), 0.2)
+
+
+def test_places_that_single_precision_stores_go_with_their_status() -> None:
+    """Single decides no ray so near to an edge; what double says of it is rounded on the side where it is."""
+    scene = make_scene(
+        {**SLAB, "n": 1.5}, picture={"corner": [-0.5, 0.5, 0.1], "right": [1.0, 0, 0], "down": [0, -1.0, 0]},
+        numerics={"precision": "single"},
+    )  # fmt: skip
+    apart = 10.0 ** -np.arange(2.0, 13.0)
+    x = np.concatenate([edge + sign * apart for edge in (-0.5, 0.5) for sign in (1, -1)])
+    origins = np.column_stack([x, np.full_like(x, 0.1), np.full_like(x, 3.0)])
+    found = lenscl.trace_rays(scene, origins, np.tile([0.0, 0.0, -1.0], (x.size, 1)))
+    assert found.escalated >= 20
+    assert found.st.dtype == np.float32
+    within = ((found.st >= 0) & (found.st < 1)).all(axis=1)
+    np.testing.assert_array_equal(found.status == RayStatus.PICTURE, np.abs(x) < 0.5)
+    np.testing.assert_array_equal(within, np.abs(x) < 0.5)
+
+
+def test_rounding_of_places_keeps_the_side_of_every_edge() -> None:
+    st = np.array([[1 - 1e-12, 0.5], [1.0, 0.5], [-1e-60, 0.5], [0.0, 1e-60], [0.25, 2.0], [-1.0, -1.0]])
+    status = np.array([RayStatus.PICTURE, 1, 1, RayStatus.PICTURE, 1, RayStatus.BEHIND], np.uint8)
+    rounded = _rounded(st, status, np.dtype(np.float32))
+    assert rounded.dtype == np.float32
+    within = ((rounded >= 0) & (rounded < 1)).all(axis=1)
+    np.testing.assert_array_equal(within, status == RayStatus.PICTURE)
+    np.testing.assert_array_equal(_rounded(st, status, np.dtype(np.float64)), st)
+    np.testing.assert_allclose(rounded, st, atol=1e-7)
