@@ -14,13 +14,14 @@ from lenscl.lenses import Vec3
 from lenscl.tracing.blur import blur_of
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.start import locate, locate_sets
+from lenscl.tracing.tabled import table_indices, table_numbers
 
 # Scene units; where a polished root of `march` stops moving
 TOLERANCE = {"single": 1e-6, "double": 1e-13, "mixed": 1e-13}
 
 
 def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]:
-    """Return a value for every slot of the kernel's layout."""
+    """Return a value for every slot of the kernel's layout, and of its table where it has one."""
     values: dict[str, ArrayLike] = {
         "film.corner": scene.film.corner,
         "film.column_step": np.asarray(scene.film.right, dtype=np.float64) / scene.film.columns,
@@ -29,6 +30,8 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
     values |= _prefixed("source", _source(scene, source.structure.rays, bool(source.structure.nests)))
     values |= _prefixed("picture", picture_numbers(scene))
     values |= _prefixed("method", _method(scene, source.structure.reads()))
+    if source.structure.tabled:
+        return values | table_numbers(scene, source) | index_numbers(scene, source)
     for number in source.structure.lenses:
         lens = scene.lenses[number]
         values |= _prefixed(f"lens_{number}", Placement.of(lens).numbers())
@@ -44,6 +47,8 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
 def index_numbers(scene: Scene, source: KernelSource) -> dict[str, ArrayLike]:
     """Return the values of the layout that hang on refractive indices, and so on the wavelength."""
     values: dict[str, ArrayLike] = {"n_medium": scene.n_medium}
+    if source.structure.tabled:
+        return values | table_indices(scene, source)
     for number in source.structure.lenses:
         lens = scene.lenses[number]
         indices = {"n": lens.n, "eta_in": scene.n_medium / lens.n, "eta_out": lens.n / scene.n_medium}

@@ -16,7 +16,7 @@ _WIDER = 64  # times the box that a point may be moved in: over that F's bounds 
 _PLACING_ROUNDINGS = 8  # in (p - centre) to local: one subtraction, three products, two sums, and the map's own
 
 
-def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
+def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Return the number of the lens each point lies in, and of the lens on whose surface it lies; -1 for none.
 
     Parameters
@@ -28,13 +28,13 @@ def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int8],
 
     Returns
     -------
-    inside, on : int8 array, shape (N,)
+    inside, on : int32 array, shape (N,)
         A point is on a surface where |F| is within the bound of its rounding error; it is inside where F < 0 beyond
         that. Whether a ray that starts on a surface travels inside is decided by its direction. Where F has no value,
         or none that is known, both are the lens's number: no ray from there is decided.
     """
-    inside = np.full(len(points), _NOWHERE, dtype=np.int8)
-    on = np.full(len(points), _NOWHERE, dtype=np.int8)
+    inside = np.full(len(points), _NOWHERE, dtype=np.int32)
+    on = np.full(len(points), _NOWHERE, dtype=np.int32)
     unknown = on.copy()
     for number, touches, is_inside, is_unknown in _sides(scene, points):
         on[touches] = inside[is_inside] = number

@@ -19,6 +19,7 @@ from lenscl.tracing.parking import can_park
 from lenscl.tracing.placement import Placement
 
 MOST_NESTED = 24  # lenses in a set: a set is a whole number that single precision holds
+MOST_WRITTEN = 8  # lenses that stand in a kernel's text; more are records of a table
 _MARCH_STEPS = 10**6  # steps through a lens's box beyond which `march` would never come home
 
 
@@ -71,6 +72,7 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
     width = chosen.width(codegen.carried(numerics.precision))
     needs, searched = needs_of(scene, rays_given=rays == "given"), methods_of(scene)
     reached, stops = sorted(needs.lenses), stopping(scene).holds
+    nests = _nests(scene) if NESTED in needs.facts or stops else ()
     return Structure(
         lenses={number: scene.lenses[number].surface for number in reached},
         rays=rays,
@@ -83,8 +85,9 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
         run=chosen.run,
         parks=can_park(chosen, width),
         source=scene.source.kind,
-        nests=_nests(scene) if NESTED in needs.facts or stops else (),
+        nests=nests,
         stops=stops,
+        tabled=len(reached) > MOST_WRITTEN and not nests,
     )
 
 

@@ -1,0 +1,70 @@
+"""Write the lenses of a scene down as the table that a kernel reads, with the hierarchy of their boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lenscl.codegen import KernelSource
+from lenscl.config import Scene
+from lenscl.tracing.hierarchy import Hierarchy, hierarchy_of, world_boxes
+from lenscl.tracing.placement import Placement
+
+_SHARED = ("to_local", "to_world", "box_low", "box_high")  # by lenses that differ in where they stand
+
+
+def table_numbers(scene: Scene, source: KernelSource) -> dict[str, ArrayLike]:
+    """Return a value for every slot of a kernel's table, one row for each lens of its kind, but for the indices."""
+    values: dict[str, ArrayLike] = {}
+    for kind in source.structure.kinds:
+        # What equal lenses share is made once; the objects live as long as the scene
+        made: dict[tuple[Any, ...], int] = {}
+        placed: list[Mapping[str, NDArray[np.float64]]] = []
+        shapes: list[Mapping[str, ArrayLike]] = []
+        which = []
+        for number in kind.lenses:
+            lens = scene.lenses[number]
+            key = (id(lens.surface), id(lens.values), lens.stretch, lens.rotate)
+            if (place := made.get(key)) is None:
+                place = made[key] = len(made)
+                placed.append(Placement.of(lens).numbers())
+                shapes.append(source.shape_values(number, lens.values))
+            which.append(place)
+        numbers = {name: np.stack([np.asarray(one[name]) for one in placed])[which] for name in _SHARED}
+        numbers["centre"] = np.array([scene.lenses[number].centre for number in kind.lenses], dtype=np.float64)
+        numbers["number"] = np.fromiter(kind.lenses, dtype=np.float64, count=len(kind.lenses))
+        for name, _ in source.structure.lens_reads:
+            numbers[name] = np.array([getattr(scene.lenses[number], name) for number in kind.lenses], dtype=np.float64)
+        values |= {f"{kind.prefix}.lens.{name}": value for name, value in numbers.items()}
+        for name in shapes[0]:
+            rows = np.stack([np.asarray(one[name], dtype=np.float64) for one in shapes])[which]
+            values[f"{kind.prefix}.shape.{name}"] = rows
+    return values
+
+
+def table_indices(scene: Scene, source: KernelSource) -> dict[str, ArrayLike]:
+    """Return the values of the table that hang on refractive indices."""
+    values: dict[str, ArrayLike] = {}
+    for kind in source.structure.kinds:
+        n = np.array([scene.lenses[number].n for number in kind.lenses], dtype=np.float64)
+        indices = {"n": n, "eta_in": scene.n_medium / n, "eta_out": n / scene.n_medium}
+        values |= {f"{kind.prefix}.lens.{name}": value for name, value in indices.items()}
+    return values
+
+
+def table_hierarchy(values: Mapping[str, ArrayLike], source: KernelSource, dtype: type[np.floating[Any]]) -> Hierarchy:
+    """Return the boxes of the lenses as they stand in a table's values."""
+    lows, highs, numbers = [], [], []
+    for kind in source.structure.kinds:
+        lens = {
+            name: np.asarray(values[f"{kind.prefix}.lens.{name}"], dtype=np.float64) for name in (*_SHARED, "centre")
+        }
+        to_world = lens["to_world"].reshape(-1, 3, 3)
+        low, high = world_boxes(to_world, lens["centre"], lens["box_low"], lens["box_high"])
+        lows.append(low)
+        highs.append(high)
+        numbers.append(np.fromiter(kind.lenses, dtype=np.intp, count=len(kind.lenses)))
+    return hierarchy_of(np.concatenate(lows), np.concatenate(highs), np.concatenate(numbers), dtype)
