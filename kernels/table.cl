@@ -26,8 +26,8 @@ static inline void meet_lenses(const ray_t *ray, const scene_t *scene, hit_t *hi
       asking.alive = within == (maskv)number;
       within = asking.alive ? NOWHERE : within;
     } else {
-      number = next_lens(&walk, scene->boxes, scene->links, min_v(hit->found ? hit->t : (realv)REAL_MAX, hit->doubt),
-                         &asking.alive);
+      const realv limit = min_v(hit->found ? hit->t : (realv)REAL_MAX, hit->doubt);
+      number = next_lens(&walk, scene->boxes, scene->links, scene->wide_boxes, scene->wide_links, limit, &asking.alive);
       if (number < 0) return;
     }
     lens_meet(number, &asking, scene, hit);

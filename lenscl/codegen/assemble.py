@@ -9,7 +9,7 @@ from lenscl.codegen.layout import Layout
 from lenscl.codegen.searches import searches, words_of
 from lenscl.codegen.source import KernelSource
 from lenscl.codegen.specialise import Structure, layout
-from lenscl.codegen.table import by_kind, declared, defined, reads
+from lenscl.codegen.table import by_kind, declared, defined, reads, wide_levels
 from lenscl.effects import TOTAL, Hook, Output
 from lenscl.status import RayStatus
 
@@ -128,6 +128,8 @@ def _tabled_lenses(structure: Structure) -> Iterator[str]:
         yield from (located(f"lens_{name}.cl") for name in structure.needs)
         yield "#undef LENS_NUMBER\n#undef LENS\n#undef SURFACE\n"
     yield located("distinct.cl")
+    yield located("slab.cl")
+    yield located("boxes_lone.cl" if wide_levels(structure.width) else "boxes_packet.cl")
     yield located("boxes.cl")
     yield generated("a lens by its number")
     yield by_kind(

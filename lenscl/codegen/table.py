@@ -8,8 +8,10 @@ then what shapes it. What the kernel gets, beside the scene's other numbers:
     records   two whole numbers a lens of the scene: where its record begins, and its kind; -1 for one out of reach
     indices   three numbers a lens, one set a layer: n, eta_in, eta_out, where wavelengths are traced side by side
     boxes     six numbers a node of a hierarchy of boxes in the world: lowest and highest corner
-    links     two whole numbers a node: its first child, the second being the next, and the axis along which they
-              lie; or ~number of its only lens, and 0
+    links     two whole numbers a node: its first child, the second being the next, or ~number of its only lens; the
+              axis along which the children lie, with the number of its wide node, see lenscl/tracing/hierarchy.py
+    wide_boxes, wide_links
+              the wide nodes: as many boxes as a packet has lanes, for rays that go alone
 
     packet of rays -> kernels/table.cl: the lenses that lanes travel in, then those whose boxes lanes meet, nearest first
                    -> generated lens_meet(number, ...): the record, and the text of its kind -> kernels/lens.cl
@@ -30,13 +32,21 @@ from lenscl.codegen.layout import Layout
 from lenscl.codegen.specialise import Kind, Structure, kind_struct, lens_struct
 
 INDICES = ("n", "eta_in", "eta_out")  # what wavelengths change of a lens
+_SHORTEST_ALONE = 4  # lanes of a packet in which rays go alone through the boxes
 _POINTERS = {  # what each holds
     "table": "real",
     "records": "int2",
     "indices": "real",
     "boxes": "real",
     "links": "int2",
+    "wide_boxes": "real",
+    "wide_links": "int",
 }
+
+
+def wide_levels(width: int) -> int:
+    """Return how many levels of a hierarchy of boxes a wide node spans, 0 where packets are too short for these."""
+    return width.bit_length() - 1 if width >= _SHORTEST_ALONE else 0
 
 
 @dataclass(frozen=True, slots=True)

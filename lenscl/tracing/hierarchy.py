@@ -29,15 +29,24 @@ class Hierarchy:
     boxes : float array, shape (N, 6)
         Lowest and highest corner of each node's box, world, scene units; the first node holds all.
     links : int32 array, shape (N, 2)
-        Of each node its first child, the second being the next node, and the axis along which the first has the lower
-        middles; or ~number of its only solid, and 0.
+        Of each node its first child, the second being the next node, or ~number of its only solid; and the axis along
+        which the first child has the lower middles, plus 4 times the number of its wide node, which is -1 for none.
+    wide_boxes : float array, shape (M, 6, W)
+        Of each wide node the boxes that lie some levels below its node: the lowest x of all, and so on. Those beyond
+        the last lie at infinity.
+    wide_links : int32 array, shape (M, W)
+        Of each of them its own wide node, or ~number of its only solid.
     """
 
     boxes: NDArray[np.floating[Any]] = field(repr=False)
     links: NDArray[np.int32] = field(repr=False)
+    wide_boxes: NDArray[np.floating[Any]] = field(repr=False)
+    wide_links: NDArray[np.int32] = field(repr=False)
 
 
-def hierarchy_of(low: Array, high: Array, numbers: NDArray[np.intp], dtype: type[np.floating[Any]]) -> Hierarchy:
+def hierarchy_of(
+    low: Array, high: Array, numbers: NDArray[np.intp], dtype: type[np.floating[Any]], levels: int = 0
+) -> Hierarchy:
     """Return the hierarchy of some boxes.
 
     Parameters
@@ -48,12 +57,16 @@ def hierarchy_of(low: Array, high: Array, numbers: NDArray[np.intp], dtype: type
         Of the solids.
     dtype : type
         numpy.float32 or numpy.float64: of the boxes, which are rounded outwards.
+    levels : int
+        That a wide node spans, so that it has W = 2^levels boxes; 0 for none.
     """
     low, high = _outwards(low, high, dtype)
     middles = low + (high - low) / 2
     solids, sizes = np.arange(len(low)), np.array([len(low)])  # node by node of a level
     boxes, links, made = [], [], 0
+    starts = []  # of the levels
     while sizes.size:
+        starts.append(made)
         made += len(sizes)
         begins = np.cumsum(sizes) - sizes
         lowest, highest = np.minimum.reduceat(low[solids], begins), np.maximum.reduceat(high[solids], begins)
@@ -71,7 +84,35 @@ def hierarchy_of(low: Array, high: Array, numbers: NDArray[np.intp], dtype: type
         solids = solids[np.lexsort((middles[solids, axis[node]], node))]
         halved = sizes[~ends]
         sizes = np.stack([(halved + 1) // 2, halved // 2], axis=1).ravel()
-    return Hierarchy(np.concatenate(boxes).astype(dtype), np.concatenate(links).astype(np.int32))
+    every, tree = np.concatenate(boxes), np.concatenate(links)
+    wide_of, wide_boxes, wide_links = _wide(every, tree[:, 0], starts, levels)
+    tree[:, 1] += 4 * wide_of
+    return Hierarchy(every.astype(dtype), tree.astype(np.int32), wide_boxes.astype(dtype), wide_links.astype(np.int32))
+
+
+def _wide(
+    boxes: Array, firsts: NDArray[np.intp], starts: list[int], levels: int
+) -> tuple[NDArray[np.intp], Array, NDArray[np.intp]]:
+    """Return the number of each node's wide node, and the boxes and links of these.
+
+    Wide nodes stand so many levels apart that the last of them reach the leaves: all of them are nearly full.
+    """
+    wide_of = np.full(len(boxes), -1)
+    if not levels:
+        return wide_of, np.empty((0, 6, 1)), np.empty((0, 1), np.intp)
+    own = np.zeros(len(boxes), bool)
+    for level in range((len(starts) - 1) % levels, len(starts) - 1, levels):
+        own[starts[level] : starts[level + 1]] = True
+    roots = np.flatnonzero(own & (firsts >= 0))
+    wide_of[roots] = np.arange(len(roots))
+    below = roots[:, np.newaxis]
+    for _ in range(levels):
+        first = np.where(below >= 0, firsts[below], -1)
+        below = np.stack([np.where(first >= 0, first, below), np.where(first >= 0, first + 1, -1)], axis=-1)
+        below = below.reshape(len(roots), 2 * first.shape[1])
+    held = np.where((below >= 0)[..., np.newaxis], boxes[below], np.inf)
+    links = np.where(firsts[below] < 0, firsts[below], wide_of[below])
+    return wide_of, held.transpose(0, 2, 1), np.where(below >= 0, links, 0)
 
 
 def world_boxes(to_world: Array, centre: Array, low: Array, high: Array) -> tuple[Array, Array]:

@@ -108,6 +108,8 @@ class Job:
         hierarchy = table_hierarchy(sets[0], self.source, self.dtype)
         yield self.device.upload(hierarchy.boxes)
         yield self.device.upload(hierarchy.links)
+        yield self.device.upload(hierarchy.wide_boxes)
+        yield self.device.upload(hierarchy.wide_links)
 
     def empty_ends(self, rays: int) -> dict[str, NDArray[Any]]:
         """Return arrays for the ends of so many rays, one row a ray, behind an axis of layers where there are any."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lenscl.codegen import KernelSource
+from lenscl.codegen import KernelSource, wide_levels
 from lenscl.config import Scene
 from lenscl.tracing.hierarchy import Hierarchy, hierarchy_of, world_boxes
 from lenscl.tracing.placement import Placement
@@ -20,24 +20,28 @@ def table_numbers(scene: Scene, source: KernelSource) -> dict[str, ArrayLike]:
     """Return a value for every slot of a kernel's table, one row for each lens of its kind, but for the indices."""
     values: dict[str, ArrayLike] = {}
     for kind in source.structure.kinds:
-        # What equal lenses share is made once; the objects live as long as the scene
+        # What equal lenses share is made once
         made: dict[tuple[Any, ...], int] = {}
         placed: list[Mapping[str, NDArray[np.float64]]] = []
         shapes: list[Mapping[str, ArrayLike]] = []
-        which = []
+        which, centres, kept = [], [], []
+        reads: dict[str, list[Any]] = {name: [] for name, _ in source.structure.lens_reads}
         for number in kind.lenses:
             lens = scene.lenses[number]
+            centres.append(lens.centre)
+            for name, read in reads.items():
+                read.append(getattr(lens, name))
             key = (id(lens.surface), id(lens.values), lens.stretch, lens.rotate)
             if (place := made.get(key)) is None:
                 place = made[key] = len(made)
+                kept.append(lens)  # so that no other object has its identity
                 placed.append(Placement.of(lens).numbers())
                 shapes.append(source.shape_values(number, lens.values))
             which.append(place)
         numbers = {name: np.stack([np.asarray(one[name]) for one in placed])[which] for name in _SHARED}
-        numbers["centre"] = np.array([scene.lenses[number].centre for number in kind.lenses], dtype=np.float64)
+        numbers["centre"] = np.array(centres, dtype=np.float64)
         numbers["number"] = np.fromiter(kind.lenses, dtype=np.float64, count=len(kind.lenses))
-        for name, _ in source.structure.lens_reads:
-            numbers[name] = np.array([getattr(scene.lenses[number], name) for number in kind.lenses], dtype=np.float64)
+        numbers |= {name: np.array(read, dtype=np.float64) for name, read in reads.items()}
         values |= {f"{kind.prefix}.lens.{name}": value for name, value in numbers.items()}
         for name in shapes[0]:
             rows = np.stack([np.asarray(one[name], dtype=np.float64) for one in shapes])[which]
@@ -67,4 +71,5 @@ def table_hierarchy(values: Mapping[str, ArrayLike], source: KernelSource, dtype
         lows.append(low)
         highs.append(high)
         numbers.append(np.fromiter(kind.lenses, dtype=np.intp, count=len(kind.lenses)))
-    return hierarchy_of(np.concatenate(lows), np.concatenate(highs), np.concatenate(numbers), dtype)
+    levels = wide_levels(source.structure.width)
+    return hierarchy_of(np.concatenate(lows), np.concatenate(highs), np.concatenate(numbers), dtype, levels)
