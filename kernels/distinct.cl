@@ -1,6 +1,6 @@
 // distinct.cl: the numbers of lenses that a packet's lanes hold, one after the other, and what a table has of each.
 //
-// provides  largest_lane(), numbers_of_lenses()        needs  prelude
+// provides  largest_lane(), numbers_of_lenses(), numbers_of_rows()        needs  prelude
 //
 // Numbers of lenses are whole numbers of the mask's width, up to 2^24, so that single precision holds them.
 
@@ -28,19 +28,25 @@ static inline int largest_lane(maskv m) {
 #endif
 }
 
-// One number of each lane's own lens: the word-th of its record; of some lens for lanes that have none.
-static inline realv numbers_of_lenses(maskv lens, int word, global const real *table, global const int2 *records) {
-  union {
-    maskv all;
-    MASK lanes[VW];
-  } number;
-  real found[VW];
-#if VW == 1
-  found[0] = lens < 0 ? table[word] : table[records[lens].x + word];
+static inline int is_number_of_lens(real number, int lenses) { return number >= (real)0 && number < (real)lenses; }
+
+// One number of each lane's own lens, of so many: the word-th of its record; of some lens for lanes that have none, as are
+// those that fill a packet up.
+static inline realv numbers_of_lenses(maskv lens, int lenses, int word, global const real *table,
+                                      global const int2 *records) {
+  real at[VW], found[VW];
+  store_lanes(to_numbers(lens), at);
+  for (int i = 0; i < VW; ++i) {
+    const int place = is_number_of_lens(at[i], lenses) ? records[(int)at[i]].x : 0;
+    found[i] = table[place + word];
+  }
   return load_lanes(found);
-#else
-  number.all = lens;
-  for (int i = 0; i < VW; ++i) found[i] = table[(number.lanes[i] < 0 ? 0 : records[number.lanes[i]].x) + word];
+}
+
+// The first number of each lane's own row, of so many numbers; of some row for lanes that have no lens.
+static inline realv numbers_of_rows(maskv lens, int lenses, global const real *rows, int stride) {
+  real at[VW], found[VW];
+  store_lanes(to_numbers(lens), at);
+  for (int i = 0; i < VW; ++i) found[i] = rows[is_number_of_lens(at[i], lenses) ? stride * (int)at[i] : 0];
   return load_lanes(found);
-#endif
 }

@@ -23,7 +23,7 @@ static inline void clip_by_inverse(realv o, realv inverse, realv low, realv high
   *leave = min_v(*leave, max_v(a, b));
 }
 
-// The lanes that enter before they leave, no farther away than the limit; enter becomes what is certain of it.
+// The lanes that enter before they leave, no farther away than the limit, a number; enter becomes what is certain of it.
 static inline maskv passes_box(realv *enter, realv leave, realv limit) {
   *enter = *enter * (realv)((real)1 - BOX_MARGIN);
   return (*enter <= leave * (realv)((real)1 + BOX_MARGIN)) & (*enter <= limit);

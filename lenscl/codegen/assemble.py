@@ -9,7 +9,7 @@ from lenscl.codegen.layout import Layout
 from lenscl.codegen.searches import searches, words_of
 from lenscl.codegen.source import KernelSource
 from lenscl.codegen.specialise import Structure, layout
-from lenscl.codegen.table import by_kind, declared, defined, reads, wide_levels
+from lenscl.codegen.table import by_kind, declared, defined, index_of, reads, wide_levels
 from lenscl.effects import TOTAL, Hook, Output
 from lenscl.status import RayStatus
 
@@ -47,13 +47,9 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         generated("the numbers of a scene, which a sweep may change without a new kernel"),
         *(declared(structure, numbers) if structure.tabled else [numbers.declare()]),
         *([f"#define CONTACT_IS_DECIDED {int(structure.carried == 'double')}\n"] if structure.nests else []),
-        located("ray_nested.cl" if structure.nests else "ray.cl"),
+        *(_nested_ray(structure) if structure.nests else [located("ray.cl")]),
         *([] if structure.rays == "given" else [located("film.cl")]),
-        located(
-            f"rays_{structure.rays}_nested.cl"
-            if (structure.nests and structure.rays != "point") or (structure.tabled and structure.rays == "given")
-            else f"rays_{structure.rays}.cl"
-        ),
+        located(f"rays_{structure.rays}{_of_rays(structure)}.cl"),
         located("placement.cl"),
         *(located(f"{name}.cl") for name in structure.needs),
         *searches(structure),
@@ -78,12 +74,27 @@ def _written(structure: Structure) -> tuple[Layout, str]:
     return numbers, "\n".join(pieces)
 
 
+def _of_rays(structure: Structure) -> str:
+    """Return which form of the fragment of the rays is taken."""
+    if structure.rays == "given":
+        return "_solids" if structure.colours else "_nested" if structure.nests or structure.tabled else ""
+    return "_nested" if structure.nests and structure.rays != "point" else ""
+
+
+def _nested_ray(structure: Structure) -> Iterator[str]:
+    count = structure.colour_count
+    yield f"#define COLOURS {count}\n#define SOLIDS maskv solids[COLOURS];\n" if count else "#define SOLIDS\n"
+    yield located("ray_nested.cl")
+    yield located("sets_solids.cl" if count else "sets_bits.cl")
+
+
 def _kernel(structure: Structure) -> Iterator[str]:
+    nested = "_nested" if structure.nests else ""
     if structure.tabled:
-        yield located_until("trace.cl", _STEP_ENDS)
-        yield located("trace_table.cl")
+        yield located_until(f"trace{nested}.cl", _STEP_ENDS)
+        yield located(f"trace_table{nested}.cl")
     else:
-        yield located("trace_nested.cl" if structure.nests else "trace.cl")
+        yield located(f"trace{nested}.cl")
 
 
 def _possible(structure: Structure) -> str:
@@ -125,8 +136,10 @@ def _tabled_lenses(structure: Structure) -> Iterator[str]:
     for kind in structure.kinds:
         yield defined(kind)
         yield located("lens.cl")
+        yield from [located("lens_nested.cl")] if structure.nests else []
         yield from (located(f"lens_{name}.cl") for name in structure.needs)
-        yield "#undef LENS_NUMBER\n#undef LENS\n#undef SURFACE\n"
+        yield "#undef LENS_NUMBER\n#undef LENS_BIT\n#undef LENS\n#undef SURFACE\n"
+    nested = "_nested" if structure.nests else ""
     yield located("distinct.cl")
     yield located("slab.cl")
     yield located("boxes_lone.cl" if wide_levels(structure.width) else "boxes_packet.cl")
@@ -135,14 +148,14 @@ def _tabled_lenses(structure: Structure) -> Iterator[str]:
     yield by_kind(
         structure,
         "lens_start(int number, ray_t *ray, const scene_t *scene)",
-        "{prefix}_lens_start(ray, {lens}, {shape})",
+        f"{{prefix}}_lens_start{nested}(ray, {{lens}}, {{shape}})",
     )
     yield by_kind(
         structure,
         "lens_meet(int number, const ray_t *ray, const scene_t *scene, hit_t *hit)",
-        "{prefix}_lens_meet(ray, {lens}, {shape}, &scene->method, hit)",
+        f"{{prefix}}_lens_meet{nested}(ray, {{lens}}, {{shape}}, &scene->method, hit)",
     )
-    yield located("table.cl")
+    yield located(f"table{nested}.cl")
 
 
 def _lens(structure: Structure, number: int) -> Iterator[str]:
@@ -219,6 +232,11 @@ def _calls(structure: Structure) -> Iterator[str]:
     numbers, nested = structure.lenses, "_nested" if structure.nests else ""
     yield "static inline void start(ray_t *ray, const scene_t *scene) {"
     if structure.tabled:
+        if structure.colours and structure.rays != "given":
+            given = "(maskv)(MASK)scene->source.solids[c]" if structure.rays == "point" else "NOWHERE"
+            if structure.colour_count == 1:
+                given = given.removesuffix("[c]")
+            yield f"  for (int c = 0; c < COLOURS; ++c) ray->solids[c] = {given};"
         yield "  start_at_lenses(ray, scene);"
     else:
         yield from (f"  lens_{i}_start{nested}(ray, &scene->lens_{i}, scene->shape_{i});" for i in numbers)
@@ -244,6 +262,9 @@ def _calls(structure: Structure) -> Iterator[str]:
 def _media(structure: Structure) -> Iterator[str]:
     """Yield what tells the medium of a set of lenses, and its index."""
     yield generated("the medium of a set of lenses")
+    if structure.tabled:
+        yield index_of(structure)
+        return
     yield "static inline maskv medium_of(maskv set) {\n  maskv medium = NOWHERE;"
     for place, number in enumerate(structure.nests):
         if number in structure.lenses:

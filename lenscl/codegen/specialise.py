@@ -60,6 +60,7 @@ class Structure:
     nests: tuple[int, ...] = ()  # the lenses, lowest priority first, where their solids may touch or overlap
     stops: bool = False  # whether rays end where they meet the picture first; then `nests` has the lenses
     source: Literal["point", "parallel"] = "point"  # of the film's rays, also where others are traced
+    colours: tuple[int, ...] = ()  # of all lenses of a table that nests: those whose solids may touch differ
     tabled: bool = False  # whether the lenses are records of a table, and text is written by kinds of them
     kinds: tuple[Kind, ...] = field(init=False, repr=False, compare=False)  # of the lenses, in the order of first use
 
@@ -75,9 +76,10 @@ class Structure:
         else:
             lenses = tuple((number, surface.key) for number, surface in self.lenses.items())
             lenses += tuple(one.name for one in self.methods.values())
-        apart = ("lenses", "methods", "effects", "kinds")
+        apart = ("lenses", "methods", "effects", "kinds", "nests", "colours")
         rest = (getattr(self, each.name) for each in fields(self) if each.name not in apart)
-        return (lenses, tuple(effect.name for effect in self.effects), *rest)
+        nests = (bool(self.nests), self.colour_count) if self.tabled else self.nests
+        return (lenses, nests, tuple(effect.name for effect in self.effects), *rest)
 
     def surfaces(self) -> dict[str, Surface]:
         """Return the distinct surfaces by the prefix of their C names, in the order of first use.
@@ -108,7 +110,12 @@ class Structure:
     @property
     def ray_words(self) -> int:
         """The members of ray_t in kernels/ray.cl or ray_nested.cl, each one number a lane, with the effects'."""
-        return (_NESTED_WORDS if self.nests else _RAY_WORDS) + len(self.carries)
+        return (_NESTED_WORDS if self.nests else _RAY_WORDS) + self.colour_count + len(self.carries)
+
+    @property
+    def colour_count(self) -> int:
+        """How many colours the lenses have, where a set has a bit for each colour; else 0."""
+        return max(self.colours, default=-1) + 1
 
     @property
     def carries(self) -> tuple[str, ...]:
@@ -144,15 +151,16 @@ def lens_struct(structure: Structure) -> Struct:
     """Return the numbers of every lens, with those that the effects read."""
     more = tuple(Slot(name, size) for name, size in structure.lens_reads)
     nested = _NESTED_SLOTS if structure.nests else ()
-    tabled = (Slot("number", 1, "the lens's own"),) if structure.tabled else ()
-    return Struct(_LENS.c_name, _LENS.slots + tabled + nested + more)
+    tabled = _TABLED_SLOTS if structure.tabled else ()
+    coloured = _COLOURED_SLOTS if structure.colours else ()
+    return Struct(_LENS.c_name, _LENS.slots + tabled + coloured + nested + more)
 
 
 def layout(structure: Structure) -> Layout:
     """Return the numbers that a structure's kernel takes as arguments, but for those of a table."""
     members = [
         Member("film", _FILM),
-        Member("source", _SOURCES[structure.rays]),
+        Member("source", source_struct(structure)),
         Member("picture", _PICTURE),
         Member("method", method_struct(structure)),
         Member("n_medium", comment="index around the lenses"),
@@ -163,6 +171,15 @@ def layout(structure: Structure) -> Layout:
     for number in structure.lenses:
         members += [Member(f"lens_{number}", lens_struct(structure)), Member(f"shape_{number}", shapes[number])]
     return Layout(tuple(members))
+
+
+def source_struct(structure: Structure) -> Struct:
+    """Return what the kernel reads of the source."""
+    source = _SOURCES[structure.rays]
+    if structure.rays != "point" or not structure.colours:
+        return source
+    solids = Slot("solids", structure.colour_count, "the lens of each colour that it lies in or on")
+    return Struct(source.c_name, (*source.slots, solids))
 
 
 def kind_struct(kind: Kind) -> Struct:
@@ -271,4 +288,9 @@ _LENS = Struct(
 _NESTED_SLOTS = (
     Slot("noise", 1, "the most that rounding changes of F near the surface"),
     Slot("size", 1, "half the diagonal of its box, in the world"),
+)
+_TABLED_SLOTS = (Slot("number", 1, "the lens's own"),)
+_COLOURED_SLOTS = (
+    Slot("colour", 1, "no lens that may touch it has the same"),
+    Slot("bit", 1, "that of its colour"),
 )

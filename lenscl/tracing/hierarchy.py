@@ -35,7 +35,7 @@ class Hierarchy:
         Of each wide node the boxes that lie some levels below its node: the lowest x of all, and so on. Those beyond
         the last lie at infinity.
     wide_links : int32 array, shape (M, W)
-        Of each of them its own wide node, or ~number of its only solid.
+        Of each of them its own wide node, or ~number of its only solid; of those at infinity of some solid.
     """
 
     boxes: NDArray[np.floating[Any]] = field(repr=False)
@@ -112,7 +112,8 @@ def _wide(
         below = below.reshape(len(roots), 2 * first.shape[1])
     held = np.where((below >= 0)[..., np.newaxis], boxes[below], np.inf)
     links = np.where(firsts[below] < 0, firsts[below], wide_of[below])
-    return wide_of, held.transpose(0, 2, 1), np.where(below >= 0, links, 0)
+    some_lens = firsts[firsts < 0][0]  # what a ray that is no number meets at infinity must be an end
+    return wide_of, held.transpose(0, 2, 1), np.where(below >= 0, links, some_lens)
 
 
 def world_boxes(to_world: Array, centre: Array, low: Array, high: Array) -> tuple[Array, Array]:

@@ -24,7 +24,7 @@ from lenscl.tracing.memory import hold
 from lenscl.tracing.numbers import index_numbers, scene_numbers
 from lenscl.tracing.parking import Parking
 from lenscl.tracing.raymap import RayPaths
-from lenscl.tracing.start import locate, locate_sets
+from lenscl.tracing.start import locate, locate_colours, locate_sets
 from lenscl.tracing.structure import check_steps, chosen_device, structure_of
 from lenscl.tracing.tabled import table_hierarchy
 
@@ -303,13 +303,17 @@ def decided_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float6
 def given_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
     """Return the ends of given rays as they were traced first; what was left undecided is so still."""
     structure = job.source.structure
-    started = (locate_sets if structure.nests else locate)(job.scene, points)
-    inside, on = (each.astype(job.dtype if structure.nests or structure.tabled else np.int8) for each in started)
+    started: Sequence[NDArray[Any]]
+    if structure.colours:
+        started = locate_colours(job.scene, points, structure.colours)
+    else:
+        started = (locate_sets if structure.nests else locate)(job.scene, points)
+    starts = [each.astype(job.dtype if structure.nests or structure.tabled else np.int8) for each in started]
     ends = job.empty_ends(len(points))
     for first in range(0, len(points), job.tile_pixels):
         part = slice(first, first + job.tile_pixels)
         count = len(points[part])
-        arrays = [points[part].astype(job.dtype), units[part].astype(job.dtype), inside[part], on[part]]
+        arrays = [points[part].astype(job.dtype), units[part].astype(job.dtype), *(each[part] for each in starts)]
         job.run(ends, (0, first, count, count), first, [job.device.upload(job.padded(array)) for array in arrays])
     return ends
 

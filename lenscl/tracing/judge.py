@@ -51,9 +51,15 @@ class Nudge:
                     ratio = np.asarray(value, dtype=np.float64)
                     moved[name] = np.where(ratio == 1.0, ratio, ratio * (1.0 + getattr(self, side)))
         if nests:  # whose kernel divides the indices of two media itself
-            indices = {name: float(np.asarray(numbers[name])) for name in numbers if name.split(".")[-1] in _INDICES}
-            ranks = {index: rank for rank, index in enumerate(sorted(set(indices.values())))}
-            moved |= {name: index * (1.0 + self.eta_in * ranks[index]) for name, index in indices.items()}
+            indices = {
+                name: np.asarray(value, dtype=np.float64)
+                for name, value in numbers.items()
+                if name.split(".")[-1] in _INDICES
+            }
+            every = np.unique(np.concatenate([index.ravel() for index in indices.values()]))
+            moved |= {
+                name: index * (1.0 + self.eta_in * np.searchsorted(every, index)) for name, index in indices.items()
+            }
         return moved
 
 

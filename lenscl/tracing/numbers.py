@@ -8,12 +8,12 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lenscl.codegen import EMPTY, KernelSource
+from lenscl.codegen import EMPTY, KernelSource, Structure
 from lenscl.config import Film, Picture, Scene
 from lenscl.lenses import Vec3
-from lenscl.tracing.blur import blur_of
+from lenscl.tracing.blur import blur_of, searched
 from lenscl.tracing.placement import Placement
-from lenscl.tracing.start import locate, locate_sets
+from lenscl.tracing.start import locate, locate_colours, locate_sets
 from lenscl.tracing.tabled import table_indices, table_numbers
 
 # Scene units; where a polished root of `march` stops moving
@@ -27,7 +27,7 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
         "film.column_step": np.asarray(scene.film.right, dtype=np.float64) / scene.film.columns,
         "film.row_step": np.asarray(scene.film.down, dtype=np.float64) / scene.film.rows,
     }
-    values |= _prefixed("source", _source(scene, source.structure.rays, bool(source.structure.nests)))
+    values |= _prefixed("source", _source(scene, source.structure))
     values |= _prefixed("picture", picture_numbers(scene))
     values |= _prefixed("method", _method(scene, source.structure.reads()))
     if source.structure.tabled:
@@ -36,9 +36,8 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
         lens = scene.lenses[number]
         values |= _prefixed(f"lens_{number}", Placement.of(lens).numbers())
         if source.structure.nests:
-            is_polynomial = source.structure.methods[number].wants_polynomial
-            searched = (lens.surface.polynomial_form if is_polynomial else None) or lens.surface.expression
-            values |= _prefixed(f"lens_{number}", blur_of(lens, searched, source.structure.carried))
+            expression = searched(lens, source.structure.methods[number])
+            values |= _prefixed(f"lens_{number}", blur_of(lens, expression, source.structure.carried))
         values |= {f"lens_{number}.{name}": getattr(lens, name) for name, _ in source.structure.lens_reads}
         values |= _prefixed(f"shape_{number}", source.shape_values(number, lens.values))
     return values | index_numbers(scene, source)
@@ -82,13 +81,16 @@ def _cross(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
-def _source(scene: Scene, rays: str, is_nested: bool) -> Mapping[str, ArrayLike]:
-    if rays == "given":
+def _source(scene: Scene, structure: Structure) -> Mapping[str, ArrayLike]:
+    if structure.rays == "given":
         return {EMPTY.name: 0.0}
-    if rays == "point":
+    if structure.rays == "point":
         at = np.asarray(scene.source.at, dtype=np.float64)
-        inside, on = (locate_sets if is_nested else locate)(scene, at[None, :])
-        return {"at": at, "inside": inside[0], "on": on[0]}
+        if structure.colours:
+            inside, on, solids = locate_colours(scene, at[None, :], structure.colours)
+            return {"at": at, "inside": inside[0], "on": on[0], "solids": solids[0]}
+        located = (locate_sets if structure.nests else locate)(scene, at[None, :])
+        return {"at": at, "inside": located[0][0], "on": located[1][0]}
     direction, plane = parallel_source(scene)
     return {"direction": direction, "plane": plane}
 

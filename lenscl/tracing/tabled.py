@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lenscl.codegen import KernelSource, wide_levels
+from lenscl.codegen import KernelSource, Table, wide_levels
 from lenscl.config import Scene
+from lenscl.tracing.blur import blur_of, searched
 from lenscl.tracing.hierarchy import Hierarchy, hierarchy_of, world_boxes
 from lenscl.tracing.placement import Placement
 
@@ -25,6 +26,7 @@ def table_numbers(scene: Scene, source: KernelSource) -> dict[str, ArrayLike]:
         placed: list[Mapping[str, NDArray[np.float64]]] = []
         shapes: list[Mapping[str, ArrayLike]] = []
         which, centres, kept = [], [], []
+        blurs: list[Mapping[str, float]] = []
         reads: dict[str, list[Any]] = {name: [] for name, _ in source.structure.lens_reads}
         for number in kind.lenses:
             lens = scene.lenses[number]
@@ -35,12 +37,18 @@ def table_numbers(scene: Scene, source: KernelSource) -> dict[str, ArrayLike]:
             if (place := made.get(key)) is None:
                 place = made[key] = len(made)
                 kept.append(lens)  # so that no other object has its identity
+                if source.structure.nests:
+                    blurs.append(blur_of(lens, searched(lens, kind.method), source.structure.carried))
                 placed.append(Placement.of(lens).numbers())
                 shapes.append(source.shape_values(number, lens.values))
             which.append(place)
         numbers = {name: np.stack([np.asarray(one[name]) for one in placed])[which] for name in _SHARED}
         numbers["centre"] = np.array(centres, dtype=np.float64)
-        numbers["number"] = np.fromiter(kind.lenses, dtype=np.float64, count=len(kind.lenses))
+        numbers["number"] = Table(source.structure).numbers(kind).astype(np.float64)
+        if source.structure.nests:
+            colours = np.array(source.structure.colours)[list(kind.lenses)]
+            numbers |= {"colour": colours.astype(np.float64), "bit": 2.0**colours}
+            numbers |= {name: np.array([one[name] for one in blurs])[which] for name in ("noise", "size")}
         numbers |= {name: np.array(read, dtype=np.float64) for name, read in reads.items()}
         values |= {f"{kind.prefix}.lens.{name}": value for name, value in numbers.items()}
         for name in shapes[0]:
@@ -70,6 +78,6 @@ def table_hierarchy(values: Mapping[str, ArrayLike], source: KernelSource, dtype
         low, high = world_boxes(to_world, lens["centre"], lens["box_low"], lens["box_high"])
         lows.append(low)
         highs.append(high)
-        numbers.append(np.fromiter(kind.lenses, dtype=np.intp, count=len(kind.lenses)))
+        numbers.append(Table(source.structure).numbers(kind))
     levels = wide_levels(source.structure.width)
     return hierarchy_of(np.concatenate(lows), np.concatenate(highs), np.concatenate(numbers), dtype, levels)

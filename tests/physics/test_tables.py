@@ -96,7 +96,7 @@ def test_a_table_traces_as_text_does_with_every_effect(precision: str) -> None:
     assert_alike(table, text, 1e-4 if precision == "single" else 1e-11)
 
 
-@pytest.mark.parametrize(("seed", "count"), [(1, 9), (7, 20), *(pytest.param(i, 9 + i % 22, marks=pytest.mark.slow)
+@pytest.mark.parametrize(("seed", "count"), [(1, 9), *(pytest.param(i, 9 + i % 22, marks=pytest.mark.slow)
                                                                   for i in range(20, 60))])  # fmt: skip
 def test_a_table_traces_random_lenses_as_text_does(seed: int, count: int) -> None:
     scene = random_crowd(seed, count)
@@ -121,7 +121,7 @@ def test_packets_of_every_width_walk_the_boxes_alike(width: int) -> None:
 
 def test_rays_through_a_heap_of_balls_end_as_the_twin_says() -> None:
     scene = make_scene(*balls(4, 4, 2), film={"size": [20, 20], "right": [0.6, 0, 0], "down": [0, -0.6, 0]},
-                       numerics={"step": 0.001})  # fmt: skip
+                       numerics={"step": 0.003})  # fmt: skip
     raymap, twin = trace(scene), reference.trace(scene)
     assert raymap.kernel.structure.tabled
     assert (raymap.events >= 4).sum() > 100
@@ -188,7 +188,8 @@ BROKEN = (
     Fault("farther boxes first, and no others", "table.cl", "min_v(hit->found ? hit->t : (realv)REAL_MAX, hit->doubt)",
           "hit->found ? (realv)-1 : (realv)REAL_MAX"),
     Fault("one solid a packet is asked", "table.cl", "within = asking.alive ? NOWHERE : within;", "within = NOWHERE;"),
-    Fault("absorption of the first lens", "distinct.cl", "number.lanes[i] < 0 ? 0 :", "number.lanes[i] < 99 ? 0 :"),
+    Fault("absorption of the first lens", "distinct.cl",
+          "is_number_of_lens(at[i], lenses) ? records[(int)at[i]].x : 0;", "records[0].x;"),
 )  # fmt: skip
 
 
