@@ -2,7 +2,7 @@
 //
 // provides  LENS(meet_nested)(), LENS(start_nested)()
 // needs     prelude, ray_nested, placement, search, lens; SURFACE(leaf_f_gradient)
-// set by    the generated assembly, once a lens: as for lens.cl; LENS_BIT, the lens's place in a set
+// set by    the generated assembly, once a lens: as for lens.cl; LENS_BIT, the lens's place in a set; HAS_LENS(), NOTE_CROSSED() of sets_*.cl
 
 #define PARALLEL ((realv)NUMBER(1e-12))  // square of the sine between normals that are those of one interface
 // Of the size of a lens and of its distance from the world's origin: faces are one interface that are less than CONTACT
@@ -16,13 +16,13 @@
 // Rays that start on this lens's surface start inside it if they enter. The host puts a lens into both sets if F is unknown
 // where the ray starts: such a ray ends as undecided.
 static inline void LENS(start_nested)(ray_t *ray, const lens_t *lens, SURFACE(t) shape) {
-  const maskv lanes = ray->alive & ((ray->on & LENS_BIT) != (maskv)0);
+  const maskv lanes = ray->alive & HAS_LENS(ray, ray->on);
   if (!any_lane(lanes)) return;
   maskv defined;
   const real3v gradient = SURFACE(gradient)(to_local_point(lens, ray->origin), shape);
   const real3v normal = LENS(normal)(lens, gradient, lanes, &defined);
   const maskv enters = dot3(normal, ray->direction) < (realv)0;
-  const maskv known = defined & ((ray->inside & LENS_BIT) == (maskv)0);
+  const maskv known = defined & not_lane(HAS_LENS(ray, ray->inside));
   ray->inside = (lanes & enters) ? ray->inside | LENS_BIT : ray->inside;
   end_ray(ray, lanes & not_lane(known), RAY_UNDECIDED);
 }
@@ -39,8 +39,8 @@ static inline realv LENS(spread)(const lens_t *lens, real3v gradient) {
 // lies no farther from it than rounding.
 static inline void LENS(meet_nested)(const ray_t *ray, const lens_t *lens, SURFACE(t) shape, const method_t *method,
                                      hit_t *hit) {
-  const maskv inside = (ray->inside & LENS_BIT) != (maskv)0;
-  const maskv departs = (ray->on & LENS_BIT) != (maskv)0;
+  const maskv inside = HAS_LENS(ray, ray->inside);
+  const maskv departs = HAS_LENS(ray, ray->on);
   const maskv returns = SURFACE(CONVEX) ? not_lane(departs) : ray->alive;
   const maskv asks = ray->alive & (inside | returns);
   if (!any_lane(asks)) return;
@@ -99,8 +99,7 @@ static inline void LENS(meet_nested)(const ray_t *ray, const lens_t *lens, SURFA
     const realv scale = longest(hit->point) + (realv)lens->size;
     const maskv close = (abs_v(apart) + error) * cosine <= CONTACT * scale;
     const maskv certain = (abs_v(apart) > error) & (not_lane(parallel) | ((abs_v(apart) - error) * cosine > APART * scale));
-    contact = beside & parallel & close & not_lane(grazes) &
-              not_lane((maskv)(MASK)!CONTACT_IS_DECIDED);
+    contact = beside & parallel & close & not_lane(grazes) & not_lane((maskv)(MASK)!CONTACT_IS_DECIDED);
     before = beside & certain & not_lane(contact) & (apart < (realv)0);
     unknown = beside & not_lane(contact | certain);
   }
@@ -120,6 +119,7 @@ static inline void LENS(meet_nested)(const ray_t *ray, const lens_t *lens, SURFA
   hit->normal = pick3(taken, against, hit->normal);
   hit->lens = taken ? (maskv)LENS_NUMBER : hit->lens;
   hit->t = taken ? t : hit->t;
+  NOTE_CROSSED(hit, alone, contact);
   hit->crossed = alone ? LENS_BIT : contact ? hit->crossed | LENS_BIT : hit->crossed;
   hit->found = hit->found | first;
 }

@@ -2,7 +2,8 @@
 //
 // provides  ray_t, hit_t, interface_t, NOWHERE; new_ray(), end_ray(), longest()
 // needs     prelude; generated: RAY_* status numbers, and what a ray carries for the effects, RAY_CARRIES
-// set by    the generated head: CONTACT_IS_DECIDED, whether the precision tells contact from a gap
+// set by    the generated head: CONTACT_IS_DECIDED, whether the precision tells contact from a gap; SOLIDS, what is known
+//           of the lenses of a set beside it
 //
 // A set of lenses is a mask of bits, one a lens, in the order of priority: the highest bit of the solids that a point lies
 // in is that of the medium there (Schmidt & Budge, Simple nested dielectrics in ray traced images, JGT 7(2), 2002).
@@ -18,6 +19,7 @@ typedef struct {
   maskv status;      // RAY_*, once the ray is no longer alive
   maskv alive;       // lanes still travelling
   realv passed;      // length from the last event, or the start, to the origin: surfaces within one medium lie between
+  SOLIDS
   RAY_CARRIES
 } ray_t;
 
@@ -35,6 +37,7 @@ typedef struct {
   maskv searches;   // of a lens, that this took
   maskv steps;      // that they took
   realv doubt;      // distance up to which the searches are proved; REAL_MAX where all of them are
+  SOLIDS
 } hit_t;
 
 // A surface between two media being met: what effects may read. The ray itself is already bent.

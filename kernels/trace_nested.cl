@@ -1,7 +1,7 @@
 // trace_nested.cl: trace.cl where solids may touch or overlap.
 //
 // provides  the kernel trace
-// needs     as trace.cl, with ray_nested in place of ray; picture_met(); generated: medium_of(), index_of(), meet_lenses()
+// needs     as trace.cl, with ray_nested in place of ray; picture_met(), settle_solids(); generated: medium_of(), index_of(), meet_lenses()
 // set by    the generated head: RUN
 
 #define PARKS_FROM 2  // events: most rays have left their lens after two, and see in the third that they meet no other
@@ -21,6 +21,7 @@ static inline void to_next_surface(ray_t *ray, maskv *travels, const scene_t *sc
   meet_lenses(&traveller, scene, &hit);
   count_steps(&hit COUNT_ARGUMENTS);
   const maskv stopped = picture_met(ray, *travels, &hit, &scene->picture);
+  settle_solids(ray, &hit);
 
   // End what cannot go on; a doubt behind what is met does not matter
   const maskv unproved = not_lane(hit.found | stopped) | not_lane(hit.doubt > hit.high);

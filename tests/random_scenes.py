@@ -51,6 +51,34 @@ def random_scene(seed: int) -> Scene:
     )
 
 
+def random_crowd(seed: int, count: int) -> Scene:
+    """Return the scene of a seed: so many lenses as `random_scene` draws them, in a grid, in all of its forms."""
+    rng = np.random.default_rng(seed)
+    across = np.arange(-2, 3) * 0.5
+    cells = np.stack(np.meshgrid(across, across, across[1:4]), axis=-1).reshape(-1, 3)
+    lenses = [_lens(rng, number, cell) for number, cell in enumerate(rng.permutation(cells)[:count])]
+    for lens in lenses:
+        lens |= {"stretch": np.divide(lens["stretch"], 2.0).tolist(), "absorbs": bool(rng.random() < 0.15)}
+        lens |= {"absorption": [0.5, float(rng.uniform(0.0, 3.0)), 0.0]} if rng.random() < 0.3 else {}
+    effects = _effects(rng)
+    if "dispersion" in effects:
+        for lens in lenses:
+            lens["n"] = str(rng.choice(["BK7", "SF11"])) if rng.random() < 0.7 else lens["n"]
+    return make_scene(
+        *lenses,
+        source=_source(rng, lenses[0]["centre"]),
+        film={"size": [40, 40], "right": [1.2, 0.0, 0.0], "down": [0.0, -1.2, 0.0]},
+        effects=effects,
+        medium=float(rng.choice([1.0, 1.0, 1.33, 2.0])),
+        numerics={
+            "precision": str(rng.choice(["double", "double", "single", "mixed"])),
+            "max_events": int(rng.choice([16, 64, 5])),
+            "snell": "paraxial" if rng.random() < 0.2 else "exact",
+            "method": str(rng.choice(["auto", "auto", "auto", "interval", "march"])),
+        },
+    )
+
+
 def _lens(rng: np.random.Generator, number: int, cell: tuple[float, float, float]) -> dict[str, Any]:
     lens: dict[str, Any] = {"surface": str(rng.choice(CATALOGUE))}
     if rng.random() < 0.35:

@@ -12,6 +12,7 @@ from lenscl.codegen.fragments import VOCABULARY, Precision, carried, fragment, h
 from lenscl.codegen.layout import EMPTY, Layout, Slot
 from lenscl.codegen.source import KernelSource
 from lenscl.codegen.specialise import Structure
+from lenscl.codegen.table import Table, wide_levels
 
 __all__ = [
     "EMPTY",
@@ -21,10 +22,12 @@ __all__ = [
     "Precision",
     "Slot",
     "Structure",
+    "Table",
     "carried",
     "faces_of",
     "fragment",
     "has_twice",
     "head",
     "kernel_source",
+    "wide_levels",
 ]

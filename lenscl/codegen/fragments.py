@@ -64,6 +64,14 @@ def located(name: str) -> str:
     return f'#line 1 "{name}"\n{fragment(name)}'
 
 
+def located_until(name: str, end: str) -> str:
+    """Return the part of a fragment before the first line that begins with `end`, marked likewise."""
+    part, found, _ = located(name).partition(f"\n{end}")
+    if not found:
+        raise LensclError(f"{name}: this kernel file is not of this version; install lenscl again")
+    return f"{part}\n"
+
+
 def generated(what: str) -> str:
     """Return the mark and comment that open a generated part."""
     return f'#line 1 "generated"\n// {what}\n'

@@ -61,13 +61,13 @@ class Layout:
 
     members: tuple[Member, ...]
 
-    def declare(self) -> str:
-        """Return the C text: every structure once, then scene_t."""
+    def declare(self, c_name: str = "scene_t") -> str:
+        """Return the C text: every structure once, then the one of all members."""
         structs = {member.struct.c_name: member.struct for member in self.members if member.struct}
         lines = [_line(f"{m.struct.c_name if m.struct else 'real'} {m.name};", m.comment) for m in self.members]
         body = "\n".join(lines)
         return (
-            "\n".join(struct.declare() for struct in structs.values()) + f"\ntypedef struct {{\n{body}\n}} scene_t;\n"
+            "\n".join(struct.declare() for struct in structs.values()) + f"\ntypedef struct {{\n{body}\n}} {c_name};\n"
         )
 
     def slots(self) -> Iterator[tuple[str, int]]:

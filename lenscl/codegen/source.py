@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from lenscl.codegen.layout import EMPTY, Layout
 from lenscl.codegen.specialise import Structure, parameter_spelling
+from lenscl.codegen.table import Table
 from lenscl.lenses.planes import search_rows
 
 
@@ -29,6 +30,11 @@ class KernelSource:
     def key(self) -> str:
         """A short digest of the text: equal keys, equal programs."""
         return hashlib.sha256(self.text.encode()).hexdigest()[:12]
+
+    @property
+    def table(self) -> Table | None:
+        """Where the numbers of the lenses stand, where they are in a table."""
+        return Table(self.structure) if self.structure.tabled else None
 
     def shape_values(self, lens: int, values: Mapping[str, float]) -> dict[str, ArrayLike]:
         """Return a lens's parameters, or its planes, by the names of its slots in the layout."""

@@ -8,7 +8,7 @@ program, and the kernel cache grows with forms, not with values.
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from lenscl.codegen.fragments import Precision, carried
@@ -20,6 +20,26 @@ from lenscl.methods import Method
 
 _RAY_WORDS = 11
 _NESTED_WORDS = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """Lenses that are searched by the same text: of equal surfaces, by one method.
+
+    Attributes
+    ----------
+    prefix : str
+        Of the C names.
+    surface : Surface
+    method : Method
+    lenses : dict of int to int
+        The lenses, by their numbers in the scene, rising, each with its place among those of the kind.
+    """
+
+    prefix: str
+    surface: Surface
+    method: Method
+    lenses: Mapping[int, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,33 +60,41 @@ class Structure:
     nests: tuple[int, ...] = ()  # the lenses, lowest priority first, where their solids may touch or overlap
     stops: bool = False  # whether rays end where they meet the picture first; then `nests` has the lenses
     source: Literal["point", "parallel"] = "point"  # of the film's rays, also where others are traced
+    colours: tuple[int, ...] = ()  # of all lenses of a table that nests: those whose solids may touch differ
+    tabled: bool = False  # whether the lenses are records of a table, and text is written by kinds of them
+    kinds: tuple[Kind, ...] = field(init=False, repr=False, compare=False)  # of the lenses, in the order of first use
+
+    def __post_init__(self) -> None:
+        """Sort the lenses by kinds, once: there may be many."""
+        object.__setattr__(self, "kinds", _kinds(self.lenses, self.methods))
 
     def form(self) -> tuple[Hashable, ...]:
         """Return all that the text hangs on, as values to compare by."""
-        surfaces = tuple((number, surface.key) for number, surface in self.lenses.items())
-        names = tuple(one.name for one in self.methods.values()), tuple(effect.name for effect in self.effects)
-        rest = (getattr(self, each.name) for each in fields(self) if each.name not in ("lenses", "methods", "effects"))
-        return (surfaces, *names, *rest)
+        lenses: tuple[Hashable, ...]
+        if self.tabled:
+            lenses = tuple((kind.surface.key, kind.method.name) for kind in self.kinds)
+        else:
+            lenses = tuple((number, surface.key) for number, surface in self.lenses.items())
+            lenses += tuple(one.name for one in self.methods.values())
+        apart = ("lenses", "methods", "effects", "kinds", "nests", "colours")
+        rest = (getattr(self, each.name) for each in fields(self) if each.name not in apart)
+        nests = (bool(self.nests), self.colour_count) if self.tabled else self.nests
+        return (lenses, nests, tuple(effect.name for effect in self.effects), *rest)
 
     def surfaces(self) -> dict[str, Surface]:
         """Return the distinct surfaces by the prefix of their C names, in the order of first use.
 
         A surface that two methods search is two.
         """
-        found: dict[str, Surface] = {}
-        for lens, surface in self.lenses.items():
-            if self._first_alike(lens) == lens:
-                found[_free_name(surface.name, found)] = surface
-        return found
+        return {kind.prefix: kind.surface for kind in self.kinds}
 
     def prefix(self, lens: int) -> str:
         """Return the C prefix of a lens's surface."""
-        firsts = [other for other in self.lenses if self._first_alike(other) == other]
-        return list(self.surfaces())[firsts.index(self._first_alike(lens))]
+        return next(kind.prefix for kind in self.kinds if lens in kind.lenses)
 
     def method(self, prefix: str) -> Method:
         """Return the method that searches a surface, by its C prefix."""
-        return next(method for lens, method in self.methods.items() if self.prefix(lens) == prefix)
+        return next(kind.method for kind in self.kinds if kind.prefix == prefix)
 
     @property
     def carried(self) -> Literal["single", "double"]:
@@ -79,15 +107,15 @@ class Structure:
         is_closed = method.wants_planes or self.surfaces()[prefix].degree in method.closed_forms
         return self.precision == "mixed" and not is_closed
 
-    def _first_alike(self, lens: int) -> int:
-        """Return the first lens with the same surface and method."""
-        forms = {other: (surface.key, self.methods[other].name) for other, surface in self.lenses.items()}
-        return next(other for other, form in forms.items() if form == forms[lens])
-
     @property
     def ray_words(self) -> int:
         """The members of ray_t in kernels/ray.cl or ray_nested.cl, each one number a lane, with the effects'."""
-        return (_NESTED_WORDS if self.nests else _RAY_WORDS) + len(self.carries)
+        return (_NESTED_WORDS if self.nests else _RAY_WORDS) + self.colour_count + len(self.carries)
+
+    @property
+    def colour_count(self) -> int:
+        """How many colours the lenses have, where a set has a bit for each colour; else 0."""
+        return max(self.colours, default=-1) + 1
 
     @property
     def carries(self) -> tuple[str, ...]:
@@ -123,30 +151,41 @@ def lens_struct(structure: Structure) -> Struct:
     """Return the numbers of every lens, with those that the effects read."""
     more = tuple(Slot(name, size) for name, size in structure.lens_reads)
     nested = _NESTED_SLOTS if structure.nests else ()
-    return Struct(_LENS.c_name, _LENS.slots + nested + more)
+    tabled = _TABLED_SLOTS if structure.tabled else ()
+    coloured = _COLOURED_SLOTS if structure.colours else ()
+    return Struct(_LENS.c_name, _LENS.slots + tabled + coloured + nested + more)
 
 
 def layout(structure: Structure) -> Layout:
-    """Return the numbers that a structure's kernel takes as arguments."""
-    shapes = {
-        prefix: planes_struct(surface, f"{prefix}_t")
-        if structure.method(prefix).wants_planes
-        else shape_struct(surface, f"{prefix}_t")
-        for prefix, surface in structure.surfaces().items()
-    }
+    """Return the numbers that a structure's kernel takes as arguments, but for those of a table."""
     members = [
         Member("film", _FILM),
-        Member("source", _SOURCES[structure.rays]),
+        Member("source", source_struct(structure)),
         Member("picture", _PICTURE),
         Member("method", method_struct(structure)),
         Member("n_medium", comment="index around the lenses"),
     ]
+    if structure.tabled:
+        return Layout(tuple(members))
+    shapes = {number: kind_struct(kind) for kind in structure.kinds for number in kind.lenses}
     for number in structure.lenses:
-        members += [
-            Member(f"lens_{number}", lens_struct(structure)),
-            Member(f"shape_{number}", shapes[structure.prefix(number)]),
-        ]
+        members += [Member(f"lens_{number}", lens_struct(structure)), Member(f"shape_{number}", shapes[number])]
     return Layout(tuple(members))
+
+
+def source_struct(structure: Structure) -> Struct:
+    """Return what the kernel reads of the source."""
+    source = _SOURCES[structure.rays]
+    if structure.rays != "point" or not structure.colours:
+        return source
+    solids = Slot("solids", structure.colour_count, "the lens of each colour that it lies in or on")
+    return Struct(source.c_name, (*source.slots, solids))
+
+
+def kind_struct(kind: Kind) -> Struct:
+    """Return what shapes the lenses of a kind: the parameters of their surface, or its planes."""
+    struct = planes_struct if kind.method.wants_planes else shape_struct
+    return struct(kind.surface, f"{kind.prefix}_t")
 
 
 def parameter_spelling(surface: Surface) -> dict[str, str]:
@@ -177,6 +216,24 @@ def planes_struct(surface: Surface, c_name: str) -> Struct:
         Slot("planes", WORDS * len(surface.planes), "a, b, c, d, d less its own error, that error; plane by plane"),
     )
     return Struct(c_name, slots, is_shared=True)
+
+
+def _kinds(lenses: Mapping[int, Surface], methods: Mapping[int, Method]) -> tuple[Kind, ...]:
+    keys: dict[int, str] = {}  # by identity: many lenses have one surface, and a key may take long to make
+    alike: dict[tuple[str, str], dict[int, int]] = {}
+    for number, surface in lenses.items():
+        if (key := keys.get(id(surface))) is None:
+            key = keys[id(surface)] = surface.key
+        own = alike.setdefault((key, methods[number].name), {})
+        own[number] = len(own)
+    found: dict[str, Surface] = {}
+    kinds = []
+    for numbers in alike.values():
+        first = next(iter(numbers))
+        prefix = _free_name(lenses[first].name, found)
+        found[prefix] = lenses[first]
+        kinds.append(Kind(prefix, lenses[first], methods[first], numbers))
+    return tuple(kinds)
 
 
 def _free_name(name: str, taken: dict[str, Surface]) -> str:
@@ -231,4 +288,9 @@ _LENS = Struct(
 _NESTED_SLOTS = (
     Slot("noise", 1, "the most that rounding changes of F near the surface"),
     Slot("size", 1, "half the diagonal of its box, in the world"),
+)
+_TABLED_SLOTS = (Slot("number", 1, "the lens's own"),)
+_COLOURED_SLOTS = (
+    Slot("colour", 1, "no lens that may touch it has the same"),
+    Slot("bit", 1, "that of its colour"),
 )

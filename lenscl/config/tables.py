@@ -36,7 +36,7 @@ _COLOUR = {"type": "array", "items": {"type": "number", "minimum": 0}, "oneOf": 
            "minItems": 1, "maxItems": 3}  # fmt: skip
 MODES = ("grid", "latin", "halton", "sobol", "random")
 MOST_EVENTS = 255
-MOST_LENSES = 127  # kernels number them in signed bytes
+MOST_LENSES = 100_000
 MOST_POINTS = 10_000_000
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from lenscl.config import Lens
 from lenscl.expr import Expr, evaluate_with_error
+from lenscl.methods import Method
 from lenscl.tracing.apart import extent
 from lenscl.tracing.placement import Placement
 
@@ -39,6 +40,11 @@ def blur_of(lens: Lens, expression: Expr, precision: Literal["single", "double"]
         "noise": _noise(lens, expression) * _EPSILON[precision] / _EPSILON["double"],
         "size": _size(lens),
     }
+
+
+def searched(lens: Lens, method: Method) -> Expr:
+    """Return F of a lens as its method computes it."""
+    return (lens.surface.polynomial_form if method.wants_polynomial else None) or lens.surface.expression
 
 
 def _size(lens: Lens) -> float:

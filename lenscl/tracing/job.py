@@ -24,8 +24,9 @@ from lenscl.tracing.memory import hold
 from lenscl.tracing.numbers import index_numbers, scene_numbers
 from lenscl.tracing.parking import Parking
 from lenscl.tracing.raymap import RayPaths
-from lenscl.tracing.start import locate, locate_sets
+from lenscl.tracing.start import locate, locate_colours, locate_sets
 from lenscl.tracing.structure import check_steps, chosen_device, structure_of
+from lenscl.tracing.tabled import table_hierarchy
 
 _TILE_PIXELS = 2**20  # about 19 MB of buffers in double; the most that kernels/film.cl allows
 _REALS: dict[str, type[np.floating[Any]]] = {"single": np.float32, "double": np.float64}
@@ -83,14 +84,32 @@ class Job:
         """Put other numbers in the place of the scene's; rays left undecided are traced with the scene's own."""
         self._numbers = self._packed(change)
 
-    def _packed(self, change: Callable[[Mapping[str, ArrayLike]], Mapping[str, ArrayLike]]) -> Buffer:
-        """Return the scene's numbers on the device, one set a layer."""
+    def _packed(self, change: Callable[[Mapping[str, ArrayLike]], Mapping[str, ArrayLike]]) -> list[Any]:
+        """Return what the kernel takes of the scene's numbers: one set a layer, and the table where it has one."""
         usual = scene_numbers(self.scene, self.source)
         sets: list[Mapping[str, ArrayLike]]
         sets = [{**usual, **index_numbers(layer, self.source)} for layer in self.layers] or [usual]
-        return self.device.upload(
-            np.concatenate([self.source.layout.pack(change(numbers), self.dtype) for numbers in sets])
-        )
+        changed = [change(numbers) for numbers in sets]
+        own = [path for path, _ in self.source.layout.slots()]
+        wholes = changed if self.source.table is None else [{path: one[path] for path in own} for one in changed]
+        packed = self.device.upload(np.concatenate([self.source.layout.pack(one, self.dtype) for one in wholes]))
+        return [packed, *self._table(changed)]
+
+    def _table(self, sets: Sequence[Mapping[str, ArrayLike]]) -> Iterator[Any]:
+        """Yield the arrays of the table, as kernels/trace_table.cl takes them; of the sets only the indices differ."""
+        if (table := self.source.table) is None:
+            return
+        count = len(self.scene.lenses)
+        yield np.int32(count)
+        yield self.device.upload(table.pack(sets[0], self.dtype))
+        yield self.device.upload(table.places(count))
+        if self.layers:
+            yield self.device.upload(np.concatenate([table.indices(one, count, self.dtype) for one in sets]))
+        hierarchy = table_hierarchy(sets[0], self.source, self.dtype)
+        yield self.device.upload(hierarchy.boxes)
+        yield self.device.upload(hierarchy.links)
+        yield self.device.upload(hierarchy.wide_boxes)
+        yield self.device.upload(hierarchy.wide_links)
 
     def empty_ends(self, rays: int) -> dict[str, NDArray[Any]]:
         """Return arrays for the ends of so many rays, one row a ray, behind an axis of layers where there are any."""
@@ -183,7 +202,7 @@ class Job:
         items = -(-packets // self.source.structure.run) * self._sets
         counts = np.zeros((items, 2), np.uint32)  # searches and steps of a work-item
         counters = [self.device.upload(counts)] if self.source.structure.counts else []
-        arguments = [self._numbers, np.array(tile, np.int32), most, *outputs, *inputs, *counters]
+        arguments = [*self._numbers, np.array(tile, np.int32), most, *outputs, *inputs, *counters]
         self._seconds += self._program.run("trace", items, arguments)
         for counter in counters:
             self.device.download(counter, counts)
@@ -294,16 +313,18 @@ def decided_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float6
 
 def given_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
     """Return the ends of given rays as they were traced first; what was left undecided is so still."""
-    inside, on = (
-        (each.astype(job.dtype) for each in locate_sets(job.scene, points))
-        if job.source.structure.nests
-        else locate(job.scene, points)
-    )
+    structure = job.source.structure
+    started: Sequence[NDArray[Any]]
+    if structure.colours:
+        started = locate_colours(job.scene, points, structure.colours)
+    else:
+        started = (locate_sets if structure.nests else locate)(job.scene, points)
+    starts = [each.astype(job.dtype if structure.nests or structure.tabled else np.int8) for each in started]
     ends = job.empty_ends(len(points))
     for first in range(0, len(points), job.tile_pixels):
         part = slice(first, first + job.tile_pixels)
         count = len(points[part])
-        arrays = [points[part].astype(job.dtype), units[part].astype(job.dtype), inside[part], on[part]]
+        arrays = [points[part].astype(job.dtype), units[part].astype(job.dtype), *(each[part] for each in starts)]
         job.run(ends, (0, first, count, count), first, [job.device.upload(job.padded(array)) for array in arrays])
     return ends
 

@@ -44,15 +44,22 @@ class Nudge:
         for name, value in numbers.items():
             match name.rpartition(".")[2]:
                 case "to_world":
-                    moved[name] = turned @ np.asarray(value)
+                    moved[name] = turned @ np.asarray(value)  # of a lens, or of many
                 case "to_local":
                     moved[name] = np.asarray(value) @ turned.T
-                case "eta_in" | "eta_out" as side if value != 1.0:
-                    moved[name] = np.asarray(value) * (1.0 + getattr(self, side))
+                case "eta_in" | "eta_out" as side:
+                    ratio = np.asarray(value, dtype=np.float64)
+                    moved[name] = np.where(ratio == 1.0, ratio, ratio * (1.0 + getattr(self, side)))
         if nests:  # whose kernel divides the indices of two media itself
-            indices = {name: float(np.asarray(numbers[name])) for name in numbers if name.split(".")[-1] in _INDICES}
-            ranks = {index: rank for rank, index in enumerate(sorted(set(indices.values())))}
-            moved |= {name: index * (1.0 + self.eta_in * ranks[index]) for name, index in indices.items()}
+            indices = {
+                name: np.asarray(value, dtype=np.float64)
+                for name, value in numbers.items()
+                if name.split(".")[-1] in _INDICES
+            }
+            every = np.unique(np.concatenate([index.ravel() for index in indices.values()]))
+            moved |= {
+                name: index * (1.0 + self.eta_in * np.searchsorted(every, index)) for name, index in indices.items()
+            }
         return moved
 
 

@@ -8,12 +8,13 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lenscl.codegen import EMPTY, KernelSource
+from lenscl.codegen import EMPTY, KernelSource, Structure
 from lenscl.config import Film, Picture, Scene
 from lenscl.lenses import Vec3
-from lenscl.tracing.blur import blur_of
+from lenscl.tracing.blur import blur_of, searched
 from lenscl.tracing.placement import Placement
-from lenscl.tracing.start import locate, locate_sets
+from lenscl.tracing.start import locate, locate_colours, locate_sets
+from lenscl.tracing.tabled import table_indices, table_numbers
 from lenscl.tracing.tight import search_box
 
 # Scene units; where a polished root of `march` stops moving
@@ -21,23 +22,24 @@ TOLERANCE = {"single": 1e-6, "double": 1e-13, "mixed": 1e-13}
 
 
 def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]:
-    """Return a value for every slot of the kernel's layout."""
+    """Return a value for every slot of the kernel's layout, and of its table where it has one."""
     values: dict[str, ArrayLike] = {
         "film.corner": scene.film.corner,
         "film.column_step": np.asarray(scene.film.right, dtype=np.float64) / scene.film.columns,
         "film.row_step": np.asarray(scene.film.down, dtype=np.float64) / scene.film.rows,
     }
-    values |= _prefixed("source", _source(scene, source.structure.rays, bool(source.structure.nests)))
+    values |= _prefixed("source", _source(scene, source.structure))
     values |= _prefixed("picture", picture_numbers(scene))
     values |= _prefixed("method", _method(scene, source.structure.reads()))
+    if source.structure.tabled:
+        return values | table_numbers(scene, source) | index_numbers(scene, source)
     for number in source.structure.lenses:
         lens = scene.lenses[number]
         low, high = search_box(lens)
         values |= _prefixed(f"lens_{number}", {**Placement.of(lens).numbers(), "box_low": low, "box_high": high})
         if source.structure.nests:
-            is_polynomial = source.structure.methods[number].wants_polynomial
-            searched = (lens.surface.polynomial_form if is_polynomial else None) or lens.surface.expression
-            values |= _prefixed(f"lens_{number}", blur_of(lens, searched, source.structure.carried))
+            expression = searched(lens, source.structure.methods[number])
+            values |= _prefixed(f"lens_{number}", blur_of(lens, expression, source.structure.carried))
         values |= {f"lens_{number}.{name}": getattr(lens, name) for name, _ in source.structure.lens_reads}
         values |= _prefixed(f"shape_{number}", source.shape_values(number, lens.values))
     return values | index_numbers(scene, source)
@@ -46,6 +48,8 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
 def index_numbers(scene: Scene, source: KernelSource) -> dict[str, ArrayLike]:
     """Return the values of the layout that hang on refractive indices, and so on the wavelength."""
     values: dict[str, ArrayLike] = {"n_medium": scene.n_medium}
+    if source.structure.tabled:
+        return values | table_indices(scene, source)
     for number in source.structure.lenses:
         lens = scene.lenses[number]
         indices = {"n": lens.n, "eta_in": scene.n_medium / lens.n, "eta_out": lens.n / scene.n_medium}
@@ -79,13 +83,16 @@ def _cross(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
-def _source(scene: Scene, rays: str, is_nested: bool) -> Mapping[str, ArrayLike]:
-    if rays == "given":
+def _source(scene: Scene, structure: Structure) -> Mapping[str, ArrayLike]:
+    if structure.rays == "given":
         return {EMPTY.name: 0.0}
-    if rays == "point":
+    if structure.rays == "point":
         at = np.asarray(scene.source.at, dtype=np.float64)
-        inside, on = (locate_sets if is_nested else locate)(scene, at[None, :])
-        return {"at": at, "inside": inside[0], "on": on[0]}
+        if structure.colours:
+            inside, on, solids = locate_colours(scene, at[None, :], structure.colours)
+            return {"at": at, "inside": inside[0], "on": on[0], "solids": solids[0]}
+        located = (locate_sets if structure.nests else locate)(scene, at[None, :])
+        return {"at": at, "inside": located[0][0], "on": located[1][0]}
     direction, plane = parallel_source(scene)
     return {"direction": direction, "plane": plane}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +13,12 @@ from lenscl.expr import bounds, evaluate, evaluate_with_error, gradient
 from lenscl.tracing.placement import Placement
 
 _NOWHERE = -1
+_BITS = 62  # of a set of lenses in an array of numbers; larger sets are whole numbers of Python
 _WIDER = 64  # times the box that a point may be moved in: over that F's bounds are as much wider, where F is smooth
 _PLACING_ROUNDINGS = 8  # in (p - centre) to local: one subtraction, three products, two sums, and the map's own
 
 
-def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
+def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Return the number of the lens each point lies in, and of the lens on whose surface it lies; -1 for none.
 
     Parameters
@@ -28,13 +30,13 @@ def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int8],
 
     Returns
     -------
-    inside, on : int8 array, shape (N,)
+    inside, on : int32 array, shape (N,)
         A point is on a surface where |F| is within the bound of its rounding error; it is inside where F < 0 beyond
         that. Whether a ray that starts on a surface travels inside is decided by its direction. Where F has no value,
         or none that is known, both are the lens's number: no ray from there is decided.
     """
-    inside = np.full(len(points), _NOWHERE, dtype=np.int8)
-    on = np.full(len(points), _NOWHERE, dtype=np.int8)
+    inside = np.full(len(points), _NOWHERE, dtype=np.int32)
+    on = np.full(len(points), _NOWHERE, dtype=np.int32)
     unknown = on.copy()
     for number, touches, is_inside, is_unknown in _sides(scene, points):
         on[touches] = inside[is_inside] = number
@@ -44,18 +46,41 @@ def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int8],
     return inside, on
 
 
-def locate_sets(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def locate_sets(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return the sets of lenses that each point lies in, and on the surfaces of which it lies.
 
     A set is a whole number that has a bit for each lens, in the order of priority, lowest first: `Scene.by_priority`.
     Else as for `locate`.
     """
-    inside, on = np.zeros((2, len(points)), dtype=np.int64)
+    inside, on = np.zeros((2, len(points)), dtype=np.int64 if len(scene.lenses) <= _BITS else object)
     bits = {number: 1 << place for place, number in enumerate(scene.by_priority())}
     for number, touches, is_inside, is_unknown in _sides(scene, points):
         on[np.union1d(touches, is_unknown)] |= bits[number]
         inside[np.union1d(is_inside, is_unknown)] |= bits[number]
     return inside, on
+
+
+def locate_colours(
+    scene: Scene, points: NDArray[np.float64], colours: tuple[int, ...]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Return the sets of lenses that each point lies in, and on the surfaces of which it lies, by the lenses' colours.
+
+    Returns
+    -------
+    inside, on : int64 array, shape (N,)
+        A bit for each colour; else as for `locate`.
+    solids : int64 array, shape (N, colours)
+        The lens of each colour in either set, by its place in `Scene.by_priority`; -1 for none.
+    """
+    inside, on = np.zeros((2, len(points)), dtype=np.int64)
+    solids = np.full((len(points), max(colours) + 1), _NOWHERE, dtype=np.int64)
+    ranks = np.argsort(scene.by_priority())
+    for number, touches, is_inside, is_unknown in _sides(scene, points):
+        colour = colours[number]
+        on[np.union1d(touches, is_unknown)] |= 1 << colour
+        inside[np.union1d(is_inside, is_unknown)] |= 1 << colour
+        solids[np.concatenate([touches, is_inside, is_unknown]), colour] = ranks[number]
+    return inside, on, solids
 
 
 def _sides(

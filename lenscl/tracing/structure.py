@@ -15,10 +15,12 @@ from lenscl.effects import NESTED
 from lenscl.errors import StudyError, TraceError
 from lenscl.methods import Method
 from lenscl.tracing.called import needs_of, stopping
+from lenscl.tracing.coloured import colours_of
 from lenscl.tracing.parking import can_park
 from lenscl.tracing.placement import Placement
 
-MOST_NESTED = 24  # lenses in a set: a set is a whole number that single precision holds
+MOST_NESTED = 24  # lenses in a set of a kernel's text, or their colours: a set is a number that single precision holds
+MOST_WRITTEN = 8  # lenses that stand in a kernel's text; more are records of a table
 _MARCH_STEPS = 10**6  # steps through a lens's box beyond which `march` would never come home
 
 
@@ -78,6 +80,8 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
     width = chosen.width(codegen.carried(numerics.precision))
     needs, searched = needs_of(scene, rays_given=rays == "given"), methods_of(scene)
     reached, stops = sorted(needs.lenses), stopping(scene).holds
+    nests = scene.by_priority() if NESTED in needs.facts or stops else ()
+    tabled = len(nests) > MOST_NESTED if nests else len(reached) > MOST_WRITTEN
     return Structure(
         lenses={number: scene.lenses[number].surface for number in reached},
         rays=rays,
@@ -90,27 +94,11 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
         run=chosen.run,
         parks=can_park(chosen, width),
         source=scene.source.kind,
-        nests=_nests(scene) if NESTED in needs.facts or stops else (),
+        nests=nests,
         stops=stops,
+        tabled=tabled,
+        colours=colours_of(scene) if tabled and nests else (),
     )
-
-
-def _nests(scene: Scene) -> tuple[int, ...]:
-    """Return the lenses, lowest priority first.
-
-    Raises
-    ------
-    StudyError
-        If there are more than a set holds.
-    """
-    if len(scene.lenses) > MOST_NESTED:
-        raise StudyError(
-            [
-                f"lens: {len(scene.lenses)} lenses, of which some may touch or overlap; where they do, there may be "
-                f"{MOST_NESTED} at most: `lenscl explain` names those that are not proved apart"
-            ]
-        )
-    return scene.by_priority()
 
 
 def check_steps(scene: Scene, structure: Structure) -> None:

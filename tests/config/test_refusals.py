@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from lenscl.config import scene_from_toml, study_from_toml
+from lenscl.config import build, scene_from_toml, study_from_toml
 from lenscl.errors import StudyError
 
 # what to replace in the valid study, by what, and the whole problem that must be reported
@@ -533,7 +533,8 @@ def test_several_lenses_need_names_that_differ(base, problems):
     assert found == "sweep.axes.lens.r: with several lenses write lens.NAME.r; the names are ring, ball"
 
 
-def test_there_are_at_most_127_lenses(base, problems):
+def test_there_are_so_many_lenses_at_most(base, problems, monkeypatch):
+    monkeypatch.setattr(build, "MOST_LENSES", 127)
     head, lens = base.split("[[lens]]")
 
     def text(count: int) -> str:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from lenscl.config import Scene
 from lenscl.status import RayStatus
-from lenscl.tracing import Ends, Follower, locate, locate_sets
+from lenscl.tracing import Ends, Follower, locate
 
 Array = NDArray[np.float64]
 _ALONG = 0.875  # of a leg: where the way back starts. Not at its end, which is on a surface to its rounding only
@@ -170,7 +170,7 @@ def _beside(start: Array, direction: Array, reach: Array, eps: float) -> tuple[A
 def _on_surfaces(follower: Follower, points: Array) -> NDArray[np.bool_]:
     """Return which points lie on surfaces, as far as rounding lets it be told: a ray's side there is not known."""
     on: NDArray[np.bool_]
-    on = locate_sets(follower.scene, points)[1] != 0 if follower.nests else locate(follower.scene, points)[1] >= 0
+    on = locate(follower.scene, points)[1] >= 0
     return on
 
 
