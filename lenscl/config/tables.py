@@ -26,6 +26,7 @@ from lenscl.config.checks import (
     Vector,
     Wanted,
 )
+from lenscl.config.places import MOST_LENSES, At
 from lenscl.effects import EFFECTS, WAVELENGTH_LIMITS, Effect
 from lenscl.materials import material
 from lenscl.methods import METHODS
@@ -36,7 +37,6 @@ _COLOUR = {"type": "array", "items": {"type": "number", "minimum": 0}, "oneOf": 
            "minItems": 1, "maxItems": 3}  # fmt: skip
 MODES = ("grid", "latin", "halton", "sobol", "random")
 MOST_EVENTS = 255
-MOST_LENSES = 127  # kernels number them in signed bytes
 MOST_POINTS = 10_000_000
 
 
@@ -121,6 +121,10 @@ class LensTable(Table):
         None, description="Of a polyhedron: [a, b, c, d] each, the solid being where a x + b y + c z <= d for all."
     )
     centre: Vector = Field((0.0, 0.0, 0.0), description="Where the local origin is.")
+    at: At | None = Field(
+        None,
+        description="Instead of centre, of an array: its places, a copy at each, as a list or a file of rows x, y, z.",
+    )
     stretch: Stretch = Field((1.0, 1.0, 1.0), description="Factors along the local axes; negative ones mirror.")
     rotate: Vector = Field((0.0, 0.0, 0.0), description="Degrees about the fixed axes x, then y, then z.")
     n: Medium = Field(description="Refractive index inside.")
