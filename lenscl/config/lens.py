@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any, overload
 from lenscl.config.checks import Box, Vec3
 from lenscl.config.places import Places
 from lenscl.lenses import Surface
-from lenscl.materials import Material
+from lenscl.materials import Constant, Material
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+_NONE = Material(name=None, index=Constant(1.0), source="")  # stands for a material that is not looked at
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +44,14 @@ class Lens:
     def n(self) -> float:
         """Refractive index at the d line."""
         return self.material.n
+
+    @property
+    def solid(self) -> Lens:
+        """What it fills and nothing else, moved to the origin: equal for all lenses of equal solids."""
+        return replace(
+            self, name=None, centre=(0.0, 0.0, 0.0), material=_NONE, absorption=(0.0, 0.0, 0.0), absorbs=False,
+            priority=0.0,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +98,7 @@ class Lenses(Sequence[Lens]):
     It is equal to any other of the same tables, and hashed once; `groups` has each table once.
     """
 
-    __slots__ = ("_firsts", "_hash", "_length", "groups")
+    __slots__ = ("_firsts", "_hash", "_length", "_solids", "groups")
 
     groups: tuple[Group, ...]
 
@@ -101,6 +111,7 @@ class Lenses(Sequence[Lens]):
         self._length = first
         self._firsts = [group.first for group in groups]
         self._hash: int | None = None
+        self._solids: Lenses | None = None
 
     @classmethod
     def of(cls, lenses: Iterable[Lens]) -> Lenses:
@@ -148,6 +159,14 @@ class Lenses(Sequence[Lens]):
     def group_of(self, number: int) -> Group:
         """Return the table that a lens is of."""
         return self.groups[bisect_right(self._firsts, number) - 1]
+
+    @property
+    def solids(self) -> Lenses:
+        """The solids alone, each in its place: equal for lenses that differ in materials, names and priorities."""
+        if self._solids is None:
+            self._solids = self.with_each(lambda lens: replace(lens.solid, centre=lens.centre))
+            self._solids._solids = self._solids
+        return self._solids
 
     def with_each(self, change: Callable[[Lens], Lens]) -> Lenses:
         """Return the lenses with each table's lens changed in what its copies share."""

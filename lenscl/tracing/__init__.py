@@ -6,8 +6,9 @@ on any image; painting with it is `lenscl.imaging`'s work.
 
 from __future__ import annotations
 
-from lenscl.tracing.apart import touching
+from lenscl.tracing.apart import MOST_PAIRS, may_touch, touching
 from lenscl.tracing.beside import BESIDE, complete
+from lenscl.tracing.boxes import BoxTree, tree_of, world_boxes
 from lenscl.tracing.called import Call, calls, findings, reach_of, stopping, study_needs, with_needs
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.follow import Ends, Follower, PixelFollower, pixel_effects
@@ -16,13 +17,15 @@ from lenscl.tracing.launch import checked_rays, kernel_source, trace, trace_rays
 from lenscl.tracing.numbers import TOLERANCE, picture_numbers
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import Caustic, RayMap, RayPaths, Samples
-from lenscl.tracing.start import locate, locate_sets
+from lenscl.tracing.start import holding, locate, locate_sets
 from lenscl.tracing.steps import StepCount, count_steps
 from lenscl.tracing.structure import methods_of
 
 __all__ = [
     "BESIDE",
+    "MOST_PAIRS",
     "TOLERANCE",
+    "BoxTree",
     "Call",
     "Caustic",
     "Ends",
@@ -42,9 +45,11 @@ __all__ = [
     "count_steps",
     "film_rays",
     "findings",
+    "holding",
     "kernel_source",
     "locate",
     "locate_sets",
+    "may_touch",
     "methods_of",
     "picture_numbers",
     "pixel_effects",
@@ -55,5 +60,7 @@ __all__ = [
     "trace",
     "trace_rays",
     "trace_without",
+    "tree_of",
     "with_needs",
+    "world_boxes",
 ]

@@ -284,9 +284,8 @@ def decided_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float6
 def given_ends(job: Job, points: NDArray[np.float64], units: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
     """Return the ends of given rays as they were traced first; what was left undecided is so still."""
     inside, on = (
-        (each.astype(job.dtype) for each in locate_sets(job.scene, points))
-        if job.source.structure.nests
-        else locate(job.scene, points)
+        each.astype(job.dtype if job.source.structure.nests else np.int8)
+        for each in (locate_sets if job.source.structure.nests else locate)(job.scene, points)
     )
     ends = job.empty_ends(len(points))
     for first in range(0, len(points), job.tile_pixels):

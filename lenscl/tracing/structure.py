@@ -19,6 +19,7 @@ from lenscl.tracing.parking import can_park
 from lenscl.tracing.placement import Placement
 
 MOST_NESTED = 24  # lenses in a set: a set is a whole number that single precision holds
+_MOST_NUMBERED = 127  # lenses of a kernel, which numbers them in signed bytes
 _MARCH_STEPS = 10**6  # steps through a lens's box beyond which `march` would never come home
 
 
@@ -30,19 +31,21 @@ def methods_of(scene: Scene) -> tuple[Method, ...]:
     StudyError
         If the one asked for does not serve a lens.
     """
-    wanted, chosen, problems = scene.numerics.method, [], []
-    for number, lens in enumerate(scene.lenses):
+    wanted, problems = scene.numerics.method, []
+    chosen: list[Method] = []
+    for table, group in enumerate(scene.lenses.groups):
+        lens = group.lens
         is_polynomial = lens.surface.sign_polynomial(lens.values) is not None
         method = methods.choose(wanted, is_polynomial=is_polynomial, is_polyhedron=bool(lens.surface.planes))
         if method is None:
-            which = f'lens "{lens.name}"' if lens.name else f"lens[{number}]"
+            which = f'lens "{lens.name}"' if lens.name else f"lens[{table}]"
             what = "convex polyhedra" if methods.METHODS[wanted].wants_planes else "polynomials"
             problems.append(
                 f'numerics.method: "{wanted}" searches {what}, and {which} ({lens.surface.name}) is none '
                 'with these parameters; use "auto"'
             )
         else:
-            chosen.append(method)
+            chosen += [method] * len(group)
     if problems:
         raise StudyError(problems)
     return tuple(chosen)
@@ -71,8 +74,12 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
     width = chosen.width(codegen.carried(numerics.precision))
     needs, searched = needs_of(scene, rays_given=rays == "given"), methods_of(scene)
     reached, stops = sorted(needs.lenses), stopping(scene).holds
+    if reached[-1] >= _MOST_NUMBERED:
+        raise StudyError(
+            [f"lens: kernels number at most {_MOST_NUMBERED} lenses, got {len(scene.lenses)}; leave some out"]
+        )
     return Structure(
-        lenses={number: scene.lenses[number].surface for number in reached},
+        lenses={number: scene.lenses.group_of(number).lens.surface for number in reached},
         rays=rays,
         ends=ends,
         methods={number: searched[number] for number in reached},
@@ -110,7 +117,8 @@ def check_steps(scene: Scene, structure: Structure) -> None:
     """Refuse a step so small that `march` would never come home."""
     if "step" not in structure.reads():
         return
-    diagonal = max(Placement.of(scene.lenses[number]).diagonal() for number in structure.lenses)
+    tables = {group.first: group for group in map(scene.lenses.group_of, structure.lenses)}
+    diagonal = max(Placement.of(group.lens).diagonal() for group in tables.values())
     if diagonal > _MARCH_STEPS * scene.numerics.step:
         raise StudyError(
             [
