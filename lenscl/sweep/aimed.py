@@ -12,7 +12,7 @@ from lenscl.tracing import Placement
 Points = NDArray[np.float64]
 
 _NEVER_ZERO = 1e-300  # stands for a direction's zero: a quotient by it lies beyond every box, and is no NaN
-_MOST_PASSED = 16  # copies of an array that every ray of the film is looked at for
+MOST_PASSED = 16  # copies of an array that every ray of the film is looked at for
 
 
 def film_rays_of(scene: Scene, pixels: NDArray[np.int64]) -> tuple[Points, Points]:
@@ -53,14 +53,17 @@ def _crosses(scene: Scene, lens: Placement, origins: Points, directions: Points)
     return found
 
 
-def passed_by(scene: Scene, group: Group) -> list[int]:
-    """Return the lenses of a table, by number, that the film may not look at: a lens, or some copies of an array.
+def passed_by(scene: Scene, group: Group, out: NDArray[np.bool_]) -> list[int]:
+    """Return the lenses of a table, by number, that rays are to be sought for that are aimed at them.
 
-    Of an array those are looked at alone whose middle no ray of the film is aimed at, nor the ray nearest to that; of
-    these the first, and as many more as may be.
+    Parameters
+    ----------
+    scene : Scene
+    group : Group
+        Its copies are returned that the ray nearest to their middle misses, `MOST_PASSED` of them at most.
+    out : bool array, shape (N,)
+        Of which lenses of the scene it is known that none are; they are not returned.
     """
-    if group.at is None:
-        return [group.first]
     lens = Placement.of(group.lens.solid)
     middles = lens.centre + lens.box.mean(axis=0) @ lens.to_world.T + group.centres
     film = np.nan_to_num(on_film(scene, middles), nan=-1.0)
@@ -68,8 +71,8 @@ def passed_by(scene: Scene, group: Group) -> list[int]:
         np.clip(part, 0, most - 1).astype(np.int64) for part, most in zip(film.T, scene.film.size, strict=True)
     )
     origins, directions = film_rays_of(scene, row * scene.film.columns + column)
-    missed = np.flatnonzero(~_crosses(scene, lens, origins - group.centres, directions))
-    return [group.first + place for place in missed[:_MOST_PASSED].tolist()]
+    missed = ~_crosses(scene, lens, origins - group.centres, directions) & ~out[group.first : group.first + len(group)]
+    return [group.first + place for place in np.flatnonzero(missed)[:MOST_PASSED].tolist()]
 
 
 def copies_to_look_at(scene: Scene, group: Group) -> list[int]:

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from lenscl.config import Group, Point, Scene, Study
 from lenscl.errors import StudyError
 from lenscl.imaging import refuse_unseen
-from lenscl.sweep.aimed import copies_to_look_at, every_pixel, film_rays_of, is_aimed_at, passed_by
+from lenscl.sweep.aimed import MOST_PASSED, copies_to_look_at, every_pixel, film_rays_of, is_aimed_at, passed_by
 from lenscl.sweep.arrangement import arrangement_spots
 from lenscl.sweep.shapes import shape_spots
 from lenscl.sweep.solids import solid_spots
 from lenscl.sweep.values import value_spots
-from lenscl.tracing import MOST_PAIRS, Placement, holding, methods_of, reach_of, touching
+from lenscl.tracing import MOST_PAIRS, Placement, holding, methods_of, out_of_view, reach_of, touching
 
 Points = NDArray[np.float64]
 
@@ -205,9 +205,11 @@ def _boxes_cut_screens(scene: Scene) -> Iterator[HardSpot]:
             )
 
 
-def _and_copies(scene: Scene, group: Group, count: int) -> str:
+def _and_copies(scene: Scene, group: Group, count: int, at_least: str = "") -> str:
     """Return that a message holds for so many copies of an array; nothing where it is of one lens."""
-    return f". So it is with {count} of the {len(group)} places of {scene.table_key(group)}" if count > 1 else ""
+    if count < 2:
+        return ""
+    return f". So it is with {at_least}{count} of the {len(group)} places of {scene.table_key(group)}"
 
 
 def _picture_out_of_the_way(scene: Scene) -> Iterator[HardSpot]:
@@ -235,13 +237,16 @@ def _picture_out_of_the_way(scene: Scene) -> Iterator[HardSpot]:
 
 
 def _lenses_out_of_the_way(scene: Scene) -> Iterator[HardSpot]:
-    reached = reach_of(scene)
+    reached, out = reach_of(scene), out_of_view(scene)
     for group in scene.lenses.groups:
-        missed = [number for number in passed_by(scene, group) if not _is_aimed_at_by_any(scene, number)]
+        unsure = passed_by(scene, group, out)
+        missed = [number for number in group.numbers if out[number]]
+        missed = sorted(missed + [number for number in unsure if not _is_aimed_at_by_any(scene, number)])
+        at_least = "at least " if len(unsure) == MOST_PASSED else ""
         for is_in, why in ((False, _LEFT_OUT), (True, _BENT_TO)):
             some = [number for number in missed if (number in reached) is is_in]
             if some:
-                message = f"no film ray is aimed at its box; {why}{_and_copies(scene, group, len(some))}"
+                message = f"no film ray is aimed at its box; {why}{_and_copies(scene, group, len(some), at_least)}"
                 yield HardSpot(scene.lens_key(some[0]), "not-aimed-at", message)
 
 

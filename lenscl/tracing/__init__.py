@@ -17,6 +17,7 @@ from lenscl.tracing.launch import checked_rays, kernel_source, trace, trace_rays
 from lenscl.tracing.numbers import TOLERANCE, picture_numbers
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import Caustic, RayMap, RayPaths, Samples
+from lenscl.tracing.reach import out_of_view
 from lenscl.tracing.start import holding, locate, locate_sets
 from lenscl.tracing.steps import StepCount, count_steps
 from lenscl.tracing.structure import methods_of
@@ -51,6 +52,7 @@ __all__ = [
     "locate_sets",
     "may_touch",
     "methods_of",
+    "out_of_view",
     "picture_numbers",
     "pixel_effects",
     "reach_of",

@@ -36,9 +36,8 @@ def reached(scene: Scene, reflecting: Collection[int]) -> dict[int, str]:
     reflecting : set of int
         The lenses in which a ray may be reflected totally and go on.
     """
-    planes, count = _planes(scene), len(scene.lenses)
-    in_way = range(count) if planes is None else np.flatnonzero(~_are_outside(scene.lenses, *planes)).tolist()
-    found = dict.fromkeys(in_way, "rays of the film pass through its box")
+    count = len(scene.lenses)
+    found = dict.fromkeys(np.flatnonzero(~out_of_view(scene)).tolist(), "rays of the film pass through its box")
     if not found:  # as it stands the kernel serves the scene's next version, too; a shorter one is not worth building
         return dict.fromkeys(range(count), "no ray of the film gets to a lens; a kernel has one at least")
     if len(found) == count:
@@ -64,6 +63,12 @@ def reached(scene: Scene, reflecting: Collection[int]) -> dict[int, str]:
             found.setdefault(j, f"rays that {scene.lens_key(i)} has bent may meet it")
             queue.append(j)
     return found
+
+
+def out_of_view(scene: Scene) -> NDArray[np.bool_]:
+    """Say of each lens whether it is proved that no straight ray of the film passes through its box; shape (N,)."""
+    planes = _planes(scene)
+    return np.zeros(len(scene.lenses), dtype=bool) if planes is None else _are_outside(scene.lenses, *planes)
 
 
 def _least_angles(apart: Array, reach: Array, axis: Array) -> Array:
