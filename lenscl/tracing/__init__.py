@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from lenscl.tracing.apart import MOST_PAIRS, may_touch, touching
 from lenscl.tracing.beside import BESIDE, complete
-from lenscl.tracing.boxes import BoxTree, tree_of, world_boxes
+from lenscl.tracing.boxes import near_legs, near_points, pairs_by_table, world_boxes
 from lenscl.tracing.called import Call, calls, findings, reach_of, stopping, study_needs, with_needs
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.follow import Ends, Follower, PixelFollower, pixel_effects
@@ -26,7 +26,6 @@ __all__ = [
     "BESIDE",
     "MOST_PAIRS",
     "TOLERANCE",
-    "BoxTree",
     "Call",
     "Caustic",
     "Ends",
@@ -52,7 +51,10 @@ __all__ = [
     "locate_sets",
     "may_touch",
     "methods_of",
+    "near_legs",
+    "near_points",
     "out_of_view",
+    "pairs_by_table",
     "picture_numbers",
     "pixel_effects",
     "reach_of",
@@ -62,7 +64,6 @@ __all__ = [
     "trace",
     "trace_rays",
     "trace_without",
-    "tree_of",
     "with_needs",
     "world_boxes",
 ]

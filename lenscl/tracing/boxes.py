@@ -6,6 +6,7 @@ tree holds two neighbours of the level below in one box.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 
 import numpy as np
@@ -16,7 +17,9 @@ from lenscl.tracing.placement import Placement
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.intp]
+Mask = NDArray[np.bool_]
 
+FEW = 8  # lenses: of so many, each is asked of everything
 _BITS = 20  # of each axis in a place's number along the curve
 _AT_ONCE = 2**16  # that ask at a time
 _WIDER = 1e-12  # of the lengths at hand: what rounding may do to a corner
@@ -42,9 +45,41 @@ def world_boxes(lenses: Lenses) -> tuple[Array, Array]:
 
 
 @lru_cache(maxsize=16)
-def tree_of(lenses: Lenses) -> BoxTree:
-    """Return the tree of `world_boxes`."""
-    return BoxTree(*world_boxes(lenses))
+def tree_of(lenses: Lenses, wider: float = 0.0, rounding: float = 0.0) -> BoxTree:
+    """Return the tree of `world_boxes`, each wider on all sides by parts of its extent and of its distance."""
+    low, high = world_boxes(lenses)
+    room = wider * (high - low) + rounding * np.maximum(np.abs(low), np.abs(high)).max(axis=1, keepdims=True)
+    return BoxTree(low - room, high + room)
+
+
+def pairs_by_table(lenses: Lenses, asks: Numbers, numbers: Numbers) -> Iterator[tuple[Group, Numbers, Numbers]]:
+    """Yield each table with those pairs, of who asks and the number of a lens, that are about a lens of it."""
+    order = np.argsort(numbers, kind="stable")
+    asks, numbers = asks[order], numbers[order]
+    ends = np.searchsorted(numbers, [group.first for group in lenses.groups[1:]])
+    for group, its_asks, its_numbers in zip(lenses.groups, np.split(asks, ends), np.split(numbers, ends), strict=True):
+        if len(its_asks):
+            yield group, its_asks, its_numbers
+
+
+def near_points(lenses: Lenses, points: Array, wider: float = 0.0, rounding: float = 0.0) -> tuple[Numbers, Numbers]:
+    """Return the pairs of a point, shape (N, 3), and the number of a lens in whose box of the world it may lie.
+
+    Of few lenses every pair is returned; boxes are wider as for `tree_of`.
+    """
+    if len(lenses) <= FEW:
+        return np.tile(np.arange(len(points)), len(lenses)), np.repeat(np.arange(len(lenses)), len(points))
+    return tree_of(lenses, wider, rounding).meeting(points, points)
+
+
+def near_legs(lenses: Lenses, start: Array, along: Array, length: Array, wider: float = 0.0) -> tuple[Numbers, Numbers]:
+    """Return the pairs of a leg and the number of a lens through whose box of the world it may go, as `near_points`.
+
+    Legs start at points, shape (N, 3), and go along vectors, as many of their lengths as `length`, shape (N,), says.
+    """
+    if len(lenses) <= FEW:
+        return np.tile(np.arange(len(start)), len(lenses)), np.repeat(np.arange(len(lenses)), len(start))
+    return tree_of(lenses, wider).crossed(start, along, length)
 
 
 class BoxTree:
@@ -78,11 +113,38 @@ class BoxTree:
         asks, found = (np.concatenate(each) for each in zip(*parts, strict=True))
         return asks, found
 
+    def crossed(self, start: Array, along: Array, length: Array) -> tuple[Numbers, Numbers]:
+        """Return which boxes legs go through, as `meeting`; legs are those of `near_legs`."""
+        flat = along == 0.0
+        with np.errstate(divide="ignore"):
+            inverse = 1.0 / np.where(flat, 1.0, along)
+
+        def meets(asks: Numbers, low: Array, high: Array) -> Mask:
+            one, other = (low - start[asks]) * inverse[asks], (high - start[asks]) * inverse[asks]
+            within = (start[asks] >= low) & (start[asks] <= high)
+            enters = np.where(flat[asks], np.where(within, -np.inf, np.inf), np.minimum(one, other)).max(axis=1)
+            leaves = np.where(flat[asks], np.inf, np.maximum(one, other)).min(axis=1)
+            room = _WIDER * (np.abs(enters) + np.abs(leaves))  # no number where both are infinite
+            missed: Mask = (enters > leaves + room) | (leaves < 0.0) | (enters > length[asks])
+            return np.asarray(~missed)
+
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._walked(len(start), 0, meets)
+
     def _part(self, low: Array, high: Array, first: int) -> tuple[Numbers, Numbers]:
-        asks, node = np.arange(len(low)), np.zeros(len(low), np.intp)
+        def meets(asks: Numbers, its_low: Array, its_high: Array) -> Mask:
+            return np.asarray(((low[asks] <= its_high) & (high[asks] >= its_low)).all(axis=1))
+
+        return self._walked(len(low), first, meets)
+
+    def _walked(
+        self, count: int, first: int, meets: Callable[[Numbers, Array, Array], Mask]
+    ) -> tuple[Numbers, Numbers]:
+        """Return which boxes so many meet that ask, and who, by their numbers from `first` on."""
+        asks, node = np.arange(count), np.zeros(count, np.intp)
         for level, (its_low, its_high) in zip(range(len(self._levels))[::-1], self._levels[::-1], strict=True):
-            meets = ((low[asks] <= its_high[node]) & (high[asks] >= its_low[node])).all(axis=1)
-            asks, node = asks[meets], node[meets]
+            which = meets(asks, its_low[node], its_high[node])
+            asks, node = asks[which], node[which]
             if level:
                 asks, node = np.repeat(asks, 2), (2 * node[:, None] + np.arange(2)).ravel()
                 there = node < len(self._levels[level - 1][0])

@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.config import Group, Lens, Lenses, Scene
+from lenscl.config import Group, Lens, Scene
 from lenscl.expr import bounds, evaluate, evaluate_with_error, gradient
-from lenscl.tracing.boxes import tree_of
+from lenscl.tracing.boxes import near_points, pairs_by_table
 from lenscl.tracing.placement import Placement
 
 _NOWHERE = -1
-_FEW = 8  # lenses: of so many, each is asked of every point
 _AT_ONCE = 2**20  # pairs of a point and a lens that are evaluated together
 _WIDER = 64  # times the box that a point may be moved in: over that F's bounds are as much wider, where F is smooth
 _PLACING_ROUNDINGS = 8  # in (p - centre) to local: one subtraction, three products, two sums, and the map's own
@@ -94,26 +93,10 @@ class _Sides:
 
 def _sides(scene: Scene, points: NDArray[np.float64]) -> Iterator[_Sides]:
     """Yield, table by table, the sides of all lenses in whose boxes points lie."""
-    for group, at, numbers in _boxed(scene.lenses, points):
+    for group, at, numbers in pairs_by_table(scene.lenses, *near_points(scene.lenses, points)):
         for first in range(0, len(at), _AT_ONCE):
             part = slice(first, first + _AT_ONCE)
             yield _sides_of(group, points, at[part], numbers[part])
-
-
-def _boxed(lenses: Lenses, points: NDArray[np.float64]) -> Iterator[tuple[Group, NDArray[np.intp], NDArray[np.intp]]]:
-    """Yield tables, with pairs of a point and the number of a lens of it of which the point may lie in the box."""
-    every = np.arange(len(points))
-    if len(lenses) <= _FEW:
-        for group in lenses.groups:
-            yield group, np.tile(every, len(group)), np.repeat(group.numbers, len(points))
-        return
-    at, numbers = tree_of(lenses).meeting(points, points)
-    order = np.argsort(numbers, kind="stable")
-    at, numbers = at[order], numbers[order]
-    ends = np.searchsorted(numbers, [group.first for group in lenses.groups[1:]])
-    for group, its_at, its_numbers in zip(lenses.groups, np.split(at, ends), np.split(numbers, ends), strict=True):
-        if len(its_at):
-            yield group, its_at, its_numbers
 
 
 def _sides_of(group: Group, points: NDArray[np.float64], at: NDArray[np.intp], numbers: NDArray[np.intp]) -> _Sides:
