@@ -59,7 +59,7 @@ def _always(scene: Scene) -> Iterator[tuple[str, bool, str, str, str]]:
         for group, some in tables.items():
             why = reached[some[0]] if some else beyond
             if group.at is not None and some:
-                why = f"{len(some):,} of its {len(group):,} places are reached, the first of them as {why}"
+                why = f"{len(some):,} of its {len(group):,} places are reached, the first because {why}"
             yield scene.table_key(group), bool(some), "derived", "", why
         nested = findings(scene)[NESTED]
         yield "nested solids", nested.holds, "derived", "ray_nested" if nested.holds else "", nested.why
