@@ -157,7 +157,15 @@ class Lenses(Sequence[Lens]):
         return Lenses, ([(group.lens, group.at) for group in self.groups],)
 
     def group_of(self, number: int) -> Group:
-        """Return the table that a lens is of."""
+        """Return the table that a lens is of.
+
+        Raises
+        ------
+        IndexError
+            If there is no lens of that number.
+        """
+        if not 0 <= number < self._length:
+            raise IndexError(f"there is no lens of number {number} among {self._length}")
         return self.groups[bisect_right(self._firsts, number) - 1]
 
     @property

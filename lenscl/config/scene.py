@@ -9,11 +9,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any, Generic, Literal, TypeVar, cast
 
 from lenscl.config.accuracy import Accuracy
 from lenscl.config.checks import Vec3
 from lenscl.config.lens import Group, Lenses
+from lenscl.config.places import Places
 from lenscl.effects import Fact, Value, wavelengths_of
 from lenscl.materials import Constant, Material
 
@@ -300,10 +302,20 @@ class Scene:
         """Return the scene as a study file: the same text for equal scenes, and read back to an equal scene."""
         import tomli_w
 
+        document, arrays = self.document(plain=False), []
+        for table in document["lens"]:
+            if "at" in table:
+                arrays.append(table["at"])
+                table["at"] = str(len(arrays) - 1)
         # One line a list: tomli_w breaks each of them, and line ends stand nowhere else inside a value
-        text = tomli_w.dumps(self.document())
-        text = re.sub(r"\[\n +", "[", text)
-        return re.sub(r",\n( *)(\])?", lambda end: end[2] or ", ", text)
+        text = re.sub(r"\[\n +", "[", tomli_w.dumps(document))
+        text = re.sub(r",\n( *)(\])?", lambda end: end[2] or ", ", text)
+        return re.sub(r'^at = "(\d+)"$', lambda line: f"at = {_places_text(arrays[int(line[1])])}", text, flags=re.M)
+
+
+@lru_cache(maxsize=8)  # a sweep of anything else asks for the same places at every point
+def _places_text(places: Places) -> str:
+    return f"[{', '.join(f'[{x!r}, {y!r}, {z!r}]' for x, y, z in places)}]"
 
 
 def _times(factor: float, v: Vec3) -> Vec3:

@@ -92,7 +92,13 @@ def _holding(found: Mapping[Fact, Finding]) -> frozenset[Fact]:
 def reach_of(scene: Scene, *, rays_given: bool = False) -> dict[int, str]:
     """Return the lenses that rays may reach, by number, each with the reason; parameters as for `findings`."""
     own = _reach(scene, rays_given)
-    return {number: own.get(number, _ELSEWHERE) for number in sorted(scene.needs.lenses | own.keys())}
+    return {number: own.get(number, _ELSEWHERE) for number in sorted(_needed(scene) | own.keys())}
+
+
+def _needed(scene: Scene) -> frozenset[int]:
+    """Return the lenses that other points of the study need, of those that a scene has: an array's length may vary."""
+    count = len(scene.lenses)
+    return frozenset(number for number in scene.needs.lenses if number < count)
 
 
 def _reach(scene: Scene, rays_given: bool) -> dict[int, str]:
@@ -124,7 +130,7 @@ def needs_of(scene: Scene, *, rays_given: bool = False) -> Needs:
     """Return what a scene's kernel needs, or that of any point of the study that it belongs to."""
     lenses = _reach(scene, rays_given)
     facts = _holding(_findings(scene, lenses, rays_given))
-    return scene.needs | Needs(facts=facts, lenses=frozenset(lenses))
+    return Needs(facts=scene.needs.facts | facts, lenses=_needed(scene) | frozenset(lenses))
 
 
 def study_needs(study: Study) -> Needs:
