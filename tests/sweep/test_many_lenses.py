@@ -13,11 +13,13 @@ from hypothesis import strategies as st
 
 from lenscl.config import Lenses, scene_from_toml, study_from_toml
 from lenscl.sweep.hardspots import hard_spots
-from lenscl.tracing import MOST_PAIRS, locate, study_needs, touching
+from lenscl.sweep.plan import structure_text
+from lenscl.tracing import MOST_PAIRS, locate, reach_of, study_needs, touching, with_needs
 from lenscl.tracing import apart as apart_module
 from lenscl.tracing import start as start_module
 from lenscl.tracing.apart import may_touch
 from lenscl.tracing.boxes import BoxTree, near_legs, near_points, world_boxes
+from lenscl.tracing.called import needs_of
 from lenscl.tracing.filled import ball, farthest
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.reaching import reaches, reaching
@@ -254,3 +256,16 @@ def test_what_is_hard_about_an_array_is_said_once():
     source = [spot for spot in hard_spots(scene.replace({"source.at": [0.35, 0.35, 0.0]})) if spot.key == "source"]
     assert len(source) == 1
     assert "lens.ball.at[" in source[0].message
+
+
+def test_points_of_a_study_may_have_arrays_of_different_lengths():
+    text = HEAD + f"[[lens]]\nname = 'balls'\n{SOLIDS['ball']}\nn = 1.5\nat = [[0, 0, 0]]\n"
+    text += f"[[lens]]\nname = 'ring'\n{SOLIDS['ring']}\nn = 1.6\ncentre = [0, 0, 3]\n"
+    longer = [[float(x), 0.0, 0.0] for x in range(4)]
+    study = study_from_toml(f"{text}[sweep.axes]\n'lens.balls.at' = [{longer}, {longer[:2]}]\n")
+    needs = study_needs(study)
+    assert needs.lenses == frozenset(range(5))
+    scenes = [with_needs(point.scene, needs) for point in study.points()]
+    assert [list(reach_of(scene)) for scene in scenes] == [[0, 1, 2, 3, 4], [0, 1, 2]]
+    assert [sorted(needs_of(scene).lenses) for scene in scenes] == [[0, 1, 2, 3, 4], [0, 1, 2]]
+    assert len({structure_text(point) for point in study.points()}) == 2
