@@ -24,6 +24,7 @@ MOST_PAIRS = 1000  # of solids that touch or overlap that are told; nobody reads
 _MOST_CELLS = 2**14  # that are left at a time; a face that two solids share is in more of them at every step
 _MOST_STEPS = 40  # each halves every cell
 _MARGIN = 1e-12  # of the lengths at hand: far more than mapping a cell to the other lens's space loses
+_MANY = 256  # pairs of boxes that meet: of so many it pays to look at balls
 _FIRST_ASK, _MOST_ASK, _AT_ONCE = 64, 2**14, 2**20  # solids whose neighbours are sought together, and pairs of boxes
 
 Array = NDArray[np.float64]
@@ -62,11 +63,11 @@ def _pairs(solids: Lenses, chosen: NDArray[np.bool_] | None) -> Iterator[tuple[i
     if len(solids) < 2:
         return
     (low, high), tree = world_boxes(solids), tree_of(solids)
-    table = np.repeat(np.arange(len(solids.groups)), [len(group) for group in solids.groups])
     centres = np.concatenate([group.centres for group in solids.groups])
-    shapes = [group.lens.solid for group in solids.groups]
-    middles, radii = (np.array(each) for each in zip(*map(ball, shapes), strict=True))
-    at, far = centres + middles[table], np.abs(centres).max(axis=1)
+    far = np.abs(centres).max(axis=1)
+    number_of: dict[Lens, int] = {}  # equal solids of several tables are one
+    of_tables = [number_of.setdefault(group.lens.solid, len(number_of)) for group in solids.groups]
+    shapes, shape = list(number_of), np.repeat(of_tables, [len(group) for group in solids.groups])
     first, count = 0, _FIRST_ASK
     while first < len(solids):
         asks, found = tree.meeting(low[first : first + count], high[first : first + count])
@@ -78,12 +79,12 @@ def _pairs(solids: Lenses, chosen: NDArray[np.bool_] | None) -> Iterator[tuple[i
         if chosen is not None:
             both = chosen[asks] & chosen[found]
             asks, found = asks[both], found[both]
-        reach = (radii[table[asks]] + radii[table[found]]) * (1.0 + _MARGIN) + _MARGIN * np.maximum(
-            far[asks], far[found]
-        )
-        near = np.linalg.norm(at[found] - at[asks], axis=1) <= reach
-        asks, found = asks[near], found[near]
-        kinds = table[asks] * len(shapes) + table[found]
+        if len(asks) > _MANY:
+            near = _balls_meet(
+                shapes, shape[asks], shape[found], centres[found] - centres[asks], far[asks] + far[found]
+            )
+            asks, found = asks[near], found[near]
+        kinds = shape[asks] * len(shapes) + shape[found]
         for kind in np.unique(kinds).tolist():
             mine = np.flatnonzero(kinds == kind)
             one, other = asks[mine], found[mine]
@@ -92,6 +93,13 @@ def _pairs(solids: Lenses, chosen: NDArray[np.bool_] | None) -> Iterator[tuple[i
                 i, j = one[part : part + MOST_PAIRS], other[part : part + MOST_PAIRS]
                 meets = _may_touch(a, b, centres[j] - centres[i], np.maximum(far[i], far[j]))
                 yield from zip(i[meets].tolist(), j[meets].tolist(), strict=True)
+
+
+def _balls_meet(shapes: Sequence[Lens], one: Numbers, other: Numbers, between: Array, far: Array) -> NDArray[np.bool_]:
+    """Say of pairs of solids whether balls about them meet, given the places of the second to the first."""
+    middles, radii = (np.array(each) for each in zip(*map(ball, shapes), strict=True))
+    reach = radii[one] + radii[other] + 2.0 * _MARGIN * far
+    return np.asarray(np.linalg.norm(between + middles[other] - middles[one], axis=1) <= reach)
 
 
 def _may_touch(a: Lens, b: Lens, between: Array, far: Array) -> NDArray[np.bool_]:

@@ -14,6 +14,7 @@ from lenscl.tracing.boxes import world_boxes
 from lenscl.tracing.filled import farthest, may_hold, value
 from lenscl.tracing.placement import Placement
 
+_MANY = 16  # solids whose boxes are near: of so many it pays to look how far they go
 _MOST_PATCHES = 2**12  # of a parallelogram that are left at a time
 # Of the box, and of the parallelogram: a solid as near is on the picture, or beside it by what single precision may not
 # tell
@@ -38,11 +39,11 @@ def reaching(lenses: Lenses, picture: Picture) -> Iterator[int]:
         near = ((low[part] - slack <= corners.max(axis=0)) & (high[part] + slack >= corners.min(axis=0))).all(axis=1)
         if not near.any():
             continue
-        # Along the normal the picture is at one height
-        height = (centres - corner) @ normal
-        solid, off = group.lens.solid, float(slack @ np.abs(normal)) + _MARGIN * float(np.abs(centres).max())
-        near &= height - farthest(solid, tuple((-normal).tolist())) <= off
-        near &= height + farthest(solid, tuple(normal.tolist())) >= -off
+        if near.sum() > _MANY:  # along the normal the picture is at one height
+            height = (centres - corner) @ normal
+            solid, off = group.lens.solid, float(slack @ np.abs(normal)) + _MARGIN * float(np.abs(centres).max())
+            near &= height - farthest(solid, tuple((-normal).tolist())) <= off
+            near &= height + farthest(solid, tuple(normal.tolist())) >= -off
         for place in np.flatnonzero(near).tolist():
             if reaches(group.copy(place), picture.corner, picture.right, picture.down):
                 yield group.first + place

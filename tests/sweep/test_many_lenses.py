@@ -16,6 +16,7 @@ from lenscl.sweep.hardspots import hard_spots
 from lenscl.sweep.plan import structure_text
 from lenscl.tracing import MOST_PAIRS, locate, reach_of, study_needs, touching, with_needs
 from lenscl.tracing import apart as apart_module
+from lenscl.tracing import reaching as reaching_module
 from lenscl.tracing import start as start_module
 from lenscl.tracing.apart import may_touch
 from lenscl.tracing.boxes import BoxTree, near_legs, near_points, world_boxes
@@ -103,6 +104,9 @@ def test_solids_that_touch_are_those_of_every_pair(tables):
     pairs = touching(scene.lenses, every)
     alone = Lenses.of(list(scene.lenses))
     assert pairs == touching(alone, every)
+    with pytest.MonkeyPatch.context() as monkey:  # so many that balls are looked at, too
+        monkey.setattr(apart_module, "_MANY", 0)
+        assert set(apart_module._pairs(scene.lenses.solids, None)) == set(pairs)
     assert set(pairs) == {(i, j) for i, j in combinations(every, 2) if may_touch(alone[i], alone[j])}
     some = [number for number in every if number % 3]
     assert touching(scene.lenses, some) == tuple(pair for pair in pairs if set(pair) <= set(some))
@@ -162,6 +166,9 @@ def test_lenses_that_reach_the_picture_are_those_of_each_alone(tables, height):
     screen = scene.picture
     expected = [i for i, lens in enumerate(scene.lenses) if reaches(lens, screen.corner, screen.right, screen.down)]
     assert list(reaching(scene.lenses, screen)) == expected
+    with pytest.MonkeyPatch.context() as monkey:  # so many that it is looked at how far they go
+        monkey.setattr(reaching_module, "_MANY", 0)
+        assert list(reaching(scene.lenses, screen)) == expected
     event(f"some reach it: {bool(expected)}")
 
 
