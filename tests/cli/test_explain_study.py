@@ -130,5 +130,5 @@ def test_an_array_is_one_row_with_its_count() -> None:
     is_in, why = found["lens.balls"]
     assert is_in
     assert " of its 400 places are reached, the first because rays " in why
-    far = scene.replace({"lens.balls.at": [[100.0, 0.0, 0.0], [0.0, 0.0, 0.0]]})
-    assert {name: why for name, *_, why in _always(far)}["lens.balls"].startswith("1 of its 2 places are reached")
+    behind = scene.replace({"lens.balls.at": [[0.0, 0.0, 100.0], [0.0, 0.0, 0.0]]})
+    assert {name: why for name, *_, why in _always(behind)}["lens.balls"].startswith("1 of its 2 places are reached")
