@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from lenscl.tracing.boxes import near_points, pairs_by_table
 from lenscl.tracing.placement import Placement
 
 _NOWHERE = -1
+_BITS = 62  # of a set of lenses in an array of numbers; larger sets are whole numbers of Python
 _AT_ONCE = 2**20  # pairs of a point and a lens that are evaluated together
 _WIDER = 64  # times the box that a point may be moved in: over that F's bounds are as much wider, where F is smooth
 _PLACING_ROUNDINGS = 8  # in (p - centre) to local: one subtraction, three products, two sums, and the map's own
@@ -45,15 +47,16 @@ def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int32]
     return inside, on
 
 
-def locate_sets(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def locate_sets(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return the sets of lenses that each point lies in, and on the surfaces of which it lies.
 
     A set is a whole number that has a bit for each lens, in the order of priority, lowest first: `Scene.by_priority`.
     Else as for `locate`.
     """
-    inside, on = np.zeros((2, len(points)), dtype=np.int64)
-    bits = np.zeros(len(scene.lenses), dtype=np.int64)
-    bits[list(scene.by_priority())] = 1 << np.arange(len(bits))
+    dtype = np.int64 if len(scene.lenses) <= _BITS else object
+    inside, on = np.zeros((2, len(points)), dtype=dtype)
+    bits = np.zeros(len(scene.lenses), dtype=dtype)
+    bits[list(scene.by_priority())] = [1 << place for place in range(len(bits))]
     for some in _sides(scene, points):
         for into, which in ((on, some.touches | some.untold), (inside, some.inside | some.untold)):
             np.bitwise_or.at(into, some.points[which], bits[some.lenses[which]])

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from lenscl.config import Lenses, scene_from_toml, study_from_toml
 from lenscl.sweep.hardspots import hard_spots
 from lenscl.sweep.plan import structure_text
-from lenscl.tracing import MOST_PAIRS, locate, reach_of, study_needs, touching, with_needs
+from lenscl.tracing import MOST_PAIRS, locate, locate_sets, reach_of, study_needs, touching, with_needs
 from lenscl.tracing import apart as apart_module
 from lenscl.tracing import reaching as reaching_module
 from lenscl.tracing import start as start_module
@@ -276,3 +276,11 @@ def test_points_of_a_study_may_have_arrays_of_different_lengths():
     assert [list(reach_of(scene)) for scene in scenes] == [[0, 1, 2, 3, 4], [0, 1, 2]]
     assert [sorted(needs_of(scene).lenses) for scene in scenes] == [[0, 1, 2, 3, 4], [0, 1, 2]]
     assert len({structure_text(point) for point in study.points()}) == 2
+
+
+def test_sets_of_very_many_lenses_are_whole_numbers():
+    """70 balls in one place and one beside them: a set has a bit for each lens, in the order of priority."""
+    scene = scene_of(ball=[*[(0, 0, 0)] * 70, (5, 0, 0)], ring=[(0, 9, 0)])
+    inside, on = locate_sets(scene, np.array([[0.1, 0, 0], [5.1, 0, 0], [5.4, 0, 0], [0, 8.5, 0], [0, 0, 9]]))
+    assert inside.tolist() == [2**70 - 1, 2**70, 0, 2**71, 0]
+    assert on.tolist() == [0, 0, 2**70, 0, 0]

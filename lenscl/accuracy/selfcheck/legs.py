@@ -188,11 +188,14 @@ def obstacles(scene: Scene, legs: Clear, eps: float, *, nests: bool = False) -> 
 
 
 def _pairs(scene: Scene, legs: Clear, nests: bool) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the pairs of a leg and the number of a lens that it may go through, or that it lies in."""
-    if nests:
-        count = len(scene.lenses)
-        return np.repeat(np.arange(len(legs.origin)), count), np.tile(np.arange(count), len(legs.origin))
-    return near_legs(scene.lenses, legs.origin, legs.direction, legs.length, _ROOM)
+    """Return the pairs of a leg and the number of a lens that it may go through, or, where solids nest, lies in."""
+    leg, number = near_legs(scene.lenses, legs.origin, legs.direction, legs.length, _ROOM)
+    if not nests:
+        return leg, number
+    (inside,) = np.nonzero(legs.within >= 0)
+    every = np.column_stack([np.append(leg, inside), np.append(number, legs.within[inside])])
+    leg, number = np.unique(every, axis=0).T
+    return leg, number
 
 
 def _parts(some: NDArray[np.intp]) -> list[NDArray[np.intp]]:
