@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.accuracy.media import Apart, Overlapping
-from lenscl.accuracy.meeting import Glass, Meeting, U, dot, norm
+from lenscl.accuracy.meeting import Glasses, Meeting, U, dot, norm
 from lenscl.config import Scene
 from lenscl.tracing import Judge, Meetings, RayPaths, picture_numbers
 
@@ -77,7 +77,7 @@ def carried(
     """
     met = list(judge.meetings(points, units, paths, rays))
     bound, moved, tilted = np.full(len(points), np.inf), np.zeros(len(points)), np.zeros(len(points))
-    glasses = [Glass(scene, number) for number in range(len(scene.lenses))]
+    glasses = Glasses(scene)
     alike = rays[np.argsort(paths.events[rays], kind="stable")]  # rays of as many surfaces together
     for first in range(0, len(rays), _AT_ONCE):
         some = np.sort(alike[first : first + _AT_ONCE])
@@ -98,7 +98,7 @@ class _Way:
     def __init__(
         self,
         scene: Scene,
-        glasses: list[Glass],
+        glasses: Glasses,
         start: Array,
         direction: Array,
         place: Array,

@@ -101,7 +101,7 @@ def _serves(name: str, scene: Scene) -> bool:
 
 def steps(scene: Scene) -> Iterator[float]:
     """Yield steps of the march, from coarse to fine: parts of the largest lens, and the forerunner's."""
-    across = max(Placement.of(lens).diagonal() for lens in scene.lenses)
+    across = max(Placement.of(group.lens).diagonal() for group in scene.lenses.groups)
     every = {FORERUNNER_STEP, *(_rounded(across / part) for part in _PARTS)}
     yield from sorted((step for step in every if across / step <= _MOST_STEPS), reverse=True)
 

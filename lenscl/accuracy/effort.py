@@ -12,6 +12,7 @@ from lenscl.expr.graph import walk
 _COSTS = dict.fromkeys(("exp", "log", "sin", "cos", "tan", "atan2", "tanh"), 20) | {"pow": 1000, "norm": 1000}
 _COSTS |= dict.fromkeys(("asin", "acos", "atan", "sinh", "cosh"), 20)
 _AGAIN = 100  # factor on the cost of a ray that is traced again in a higher precision
+_COPIES = 8  # of an array, that a ray is near to
 _CHEAP = 100  # operations of a ray: up to that, the largest number of rays is judged
 
 
@@ -24,8 +25,11 @@ def operations(scene: Scene, again: float = 0.0) -> float:
     again : float
         Share of the rays through a lens that are traced again in a higher precision.
     """
-    nodes = (node for lens in scene.lenses for node in walk([lens.surface.expression]))
-    return sum(_COSTS.get(node.op, 1) for node in nodes) * (1.0 + _AGAIN * again)
+    every = 0.0
+    for group in scene.lenses.groups:
+        nodes = walk([group.lens.surface.expression])
+        every += min(len(group), _COPIES) * sum(_COSTS.get(node.op, 1) for node in nodes)
+    return every * (1.0 + _AGAIN * again)
 
 
 def affordable(scene: Scene, again: float, fewest: int, most: int) -> int:

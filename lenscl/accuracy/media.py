@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.accuracy.meeting import Glass, Meeting, norm
+from lenscl.accuracy.meeting import Glass, Glasses, Meeting, norm
 from lenscl.accuracy.passing import crossed, displaced, inside
 from lenscl.config import Scene
 
@@ -31,13 +31,13 @@ _UNTOLD, _NONE = -2, -1  # in place of the rank of a medium: not known, and arou
 class Apart:
     """Rays among solids that are apart; a ray's number is its place in `start`, shape (3, N)."""
 
-    def __init__(self, glasses: Sequence[Glass], start: Array) -> None:
+    def __init__(self, glasses: Glasses, start: Array) -> None:
         count = start.shape[1]
         self._glasses = glasses
         self._inside = np.full(count, -1)
         # Bound on |F| where a leg starts on a lens, and that lens
         self._departs, self._on = np.zeros(count), np.full(count, -1)
-        for glass in glasses:
+        for glass in glasses.near(start):
             near, level = glass.starts(start)
             self._departs[near], self._on[near] = level, glass.number
 
@@ -80,7 +80,9 @@ class Apart:
         several, the one whose |F| rounding explains best.
         """
         found = []
-        for glass in self._glasses:
+        glasses = {glass.number: glass for glass in self._glasses.near(point)}
+        glasses |= {number: self._glasses[number] for number in np.unique(was_inside[was_inside >= 0]).tolist()}
+        for _, glass in sorted(glasses.items()):
             is_any = len(self._glasses) == 1 or glass.holds(point)
             some = np.flatnonzero((was_inside == glass.number) | ((was_inside < 0) & is_any))
             if some.size:

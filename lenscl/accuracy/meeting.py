@@ -7,7 +7,10 @@ numbers of roundings are those of the operations in kernels/lens.cl, placement.c
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field, fields, replace
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +18,7 @@ from numpy.typing import NDArray
 from lenscl.accuracy.jets import Jets
 from lenscl.config import Scene
 from lenscl.methods import choose
-from lenscl.tracing import Placement
+from lenscl.tracing import Placement, near_points
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -25,6 +28,7 @@ _OTHER_ORDERS = 2.0  # factor: a kernel computes F and its gradient by the same 
 _TURNED = 8.0  # u: error of an entry of a rotation, by the angle in radians, cosine, sine and two products
 _ON = 8.0  # ulps of a point's coordinates: a point that close to a surface is taken to be on it, see `locate`
 _SURE = 4.0  # factor on that bound, as `locate` computes it in another way
+_FAR = 1e-12  # of the lengths at hand: more than rounding moves a point
 _BOX_SLACK = 1e-6  # of the box's size: a point on the box may be rounded to a place outside
 _SAME_WAY = 1e-6  # radians: largest deviation of the refracted direction from Snell's law, besides its rounding
 
@@ -103,6 +107,40 @@ class Meeting:
         return replace(self, after=after, eta=eta, along=along, behind=behind, total=total, known=known)
 
 
+class Glasses(Sequence["Glass"]):
+    """The lenses of a scene, by number; each is made when it is asked for."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._made: dict[int, Glass] = {}
+
+    def __len__(self) -> int:
+        return len(self._scene.lenses)
+
+    @overload
+    def __getitem__(self, number: int) -> Glass: ...
+
+    @overload
+    def __getitem__(self, number: slice) -> list[Glass]: ...
+
+    def __getitem__(self, number: int | slice) -> Glass | list[Glass]:
+        if isinstance(number, slice):
+            return [self[one] for one in range(*number.indices(len(self)))]
+        if not 0 <= number < len(self):
+            raise IndexError(number)
+        if number not in self._made:
+            first = self._scene.lenses.group_of(number).first
+            self._made[number] = (
+                Glass(self._scene, number) if number == first else self[first].copy(self._scene, number)
+            )
+        return self._made[number]
+
+    def near(self, points: Array) -> list[Glass]:
+        """Return those, in the order of their numbers, in whose boxes some of the points, shape (3, M), may lie."""
+        numbers = np.unique(near_points(self._scene.lenses, points.T, 2.0 * _BOX_SLACK, _FAR)[1])
+        return [self[number] for number in numbers.tolist()]
+
+
 class Glass:
     """One lens of a scene: its geometry and rounding at points where rays met it.
 
@@ -135,6 +173,13 @@ class Glass:
         self._jets = Jets(self.lens.values, surface, form if is_whole else None)
         # 0 where all angles are multiples of 90 degrees, whose cosines are exact
         self.rotated = 0.0 if all(angle % 90.0 == 0.0 for angle in self.lens.rotate) else _TURNED * U
+
+    def copy(self, scene: Scene, number: int) -> Glass:
+        """Return another copy of the same table's lens."""
+        made = copy(self)
+        made.number, made.lens = number, scene.lenses[number]
+        made.placement = replace(self.placement, centre=np.asarray(made.lens.centre, dtype=np.float64))
+        return made
 
     def holds(self, points: Array) -> Mask:
         """Say which points, shape (3, M), lie in the lens's box."""

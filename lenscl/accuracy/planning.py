@@ -164,7 +164,7 @@ class Planning:
         return self._stepped(combination, _USUAL_STEPS) if combination.method == MARCH else combination
 
     def _stepped(self, march: Combination, parts: float) -> Combination:
-        across = max(Placement.of(lens).diagonal() for lens in self.scene.lenses)
+        across = max(Placement.of(group.lens).diagonal() for group in self.scene.lenses.groups)
         return replace(march, step=float(f"{across / parts:.2g}"))
 
     def _judged(self, combination: Combination) -> Achieved:
@@ -226,7 +226,7 @@ class Planning:
     def _paraxial(self, near: list[Achieved]) -> list[Achieved]:
         """Return what the paraxial rule achieves, where the lenses are so weak that it may be enough."""
         medium = self.scene.n_medium
-        if any(abs(math.log(lens.n / medium)) > _WEAK for lens in self.scene.lenses):
+        if any(abs(math.log(group.lens.n / medium)) > _WEAK for group in self.scene.lenses.groups):
             return []
         return [self._judged(replace(each.combination, snell="paraxial")) for each in near]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.config import Scene
-from lenscl.tracing import Placement
+from lenscl.tracing import world_boxes
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ MOVES = (
 
 def reach(scene: Scene) -> float:
     """Return the largest coordinate of the lenses: a hit is computed from numbers of that size."""
-    return max((float(np.abs(Placement.of(lens).corners()).max()) for lens in scene.lenses), default=0.0)
+    return float(np.abs(world_boxes(scene.lenses)).max()) if len(scene.lenses) else 0.0
 
 
 def moves(units: Array) -> Iterator[tuple[Array, Array]]:

@@ -48,15 +48,19 @@ def _always(scene: Scene) -> Iterator[tuple[str, bool, str, str, str]]:
     law = scene.numerics.snell
     yield "refraction", True, "always", f"snell_{law}", f"at every entry and exit, by the {law} law"
     reached = reach_of(scene)
-    again = [scene.lens_key(number) for number in reached if not scene.lenses[number].surface.is_convex]
+    tables = {group: [number for number in group.numbers if number in reached] for group in scene.lenses.groups}
+    again = [scene.table_key(group) for group, some in tables.items() if some and not group.lens.surface.is_convex]
     if again:
         yield "re-entry", True, "always", "", f"a ray may meet {' and '.join(again)} again"
     else:
         yield "re-entry", False, "derived", "", "no ray that left a convex solid meets it again"
     if len(scene.lenses) > 1:
         beyond = "neither the film's rays nor any that lenses have bent get to it"
-        for number in range(len(scene.lenses)):
-            yield scene.lens_key(number), number in reached, "derived", "", reached.get(number, beyond)
+        for group, some in tables.items():
+            why = reached[some[0]] if some else beyond
+            if group.at is not None and some:
+                why = f"{len(some):,} of its {len(group):,} places are reached, the first because {why}"
+            yield scene.table_key(group), bool(some), "derived", "", why
         nested = findings(scene)[NESTED]
         yield "nested solids", nested.holds, "derived", "ray_nested" if nested.holds else "", nested.why
     for number in reached:

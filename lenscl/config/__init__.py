@@ -16,7 +16,9 @@ every problem, each led by its TOML key. Nothing in a study file can run code.
 from __future__ import annotations
 
 from lenscl.config.accuracy import Accuracy
-from lenscl.config.scene import Effects, Film, Lens, Needs, Numerics, Picture, Scene, Source
+from lenscl.config.lens import Group, Lens, Lenses
+from lenscl.config.places import Places
+from lenscl.config.scene import Effects, Film, Needs, Numerics, Picture, Scene, Source
 from lenscl.config.study import Output, Point, Study, load_study, parse_override, scene_from_toml, study_from_toml
 from lenscl.config.sweep import Sweep
 from lenscl.config.tables import study_schema
@@ -25,11 +27,14 @@ __all__ = [
     "Accuracy",
     "Effects",
     "Film",
+    "Group",
     "Lens",
+    "Lenses",
     "Needs",
     "Numerics",
     "Output",
     "Picture",
+    "Places",
     "Point",
     "Scene",
     "Source",

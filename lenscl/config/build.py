@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any, Literal, TypeVar, cast
@@ -15,6 +16,8 @@ from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
 from lenscl.config.checks import LONGEST, SHORTEST, Box, Vec3, check_wavelengths
+from lenscl.config.lens import Lens, Lenses
+from lenscl.config.places import MOST_LENSES, Places
 from lenscl.config.problems import (
     MOST_PROBLEMS,
     as_plain,
@@ -25,10 +28,9 @@ from lenscl.config.problems import (
     study_error,
     unknown_key,
 )
-from lenscl.config.scene import Effects, Film, Frozen, Lens, Numerics, Picture, Scene, Source
+from lenscl.config.scene import Effects, Film, Frozen, Numerics, Picture, Scene, Source
 from lenscl.config.tables import (
     ENVIRONMENT,
-    MOST_LENSES,
     ONLY_ONE,
     FilmTable,
     LensTable,
@@ -103,7 +105,7 @@ def read_scene(document: Mapping[str, Any], problems: list[str]) -> Scene | None
             stops=cast(Literal["auto"] | bool, picture.stops),
         ),
         medium=medium.n,
-        lenses=tuple(lenses),
+        lenses=Lenses(lenses),
         effects=effects,
         numerics=numerics,
         environment=environment,
@@ -115,7 +117,7 @@ def read_scene(document: Mapping[str, Any], problems: list[str]) -> Scene | None
 def _check_indices(scene: Scene, prefixes: list[str], report: Report) -> None:
     """Report the materials of which the index is not known at a wavelength that the scene is traced at."""
     materials = {"medium.n": scene.medium}
-    materials |= {f"{at}.n": lens.material for at, lens in zip(prefixes, scene.lenses, strict=True)}
+    materials |= {f"{at}.n": group.lens.material for at, group in zip(prefixes, scene.lenses.groups, strict=True)}
     asks = f"effects.dispersion = {short(scene.effects['dispersion'])} needs it there"
     for key, material in materials.items():
         found = [problem for nm in scene.wavelengths for problem in index_problems(material.index, nm)]
@@ -262,7 +264,7 @@ def _counted(value: Any) -> Any:
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
-def _read_lenses(document: Mapping[str, Any], problems: list[str]) -> list[Lens]:
+def _read_lenses(document: Mapping[str, Any], problems: list[str]) -> list[tuple[Lens, Places | None]]:
     report = problems.append
     tables = document.get("lens")
     if tables is None:
@@ -281,7 +283,11 @@ def _read_lenses(document: Mapping[str, Any], problems: list[str]) -> list[Lens]
         return []
     _check_names(tables, report)
     found = [_read_lens(table, at, problems) for table, at in zip(tables, lens_prefixes(tables), strict=True)]
-    return [lens for lens in found if lens is not None]
+    lenses = [lens for lens in found if lens is not None]
+    count = sum(1 if at is None else len(at) for _, at in lenses)
+    if count > MOST_LENSES:
+        report(f"lens: at most {MOST_LENSES} lenses are supported, every place of an array counted, got {count}")
+    return lenses
 
 
 def lens_prefixes(tables: list[dict[str, Any]]) -> list[str]:
@@ -289,10 +295,9 @@ def lens_prefixes(tables: list[dict[str, Any]]) -> list[str]:
     if len(tables) == 1:
         return ["lens"]
     names = [table.get("name") for table in tables]
+    counts = Counter(name for name in names if isinstance(name, str))
     return [
-        f"lens.{name}"
-        if isinstance(name, str) and NAME.fullmatch(name) and names.count(name) == 1
-        else f"lens[{place}]"
+        f"lens.{name}" if isinstance(name, str) and NAME.fullmatch(name) and counts[name] == 1 else f"lens[{place}]"
         for place, name in enumerate(names)
     ]
 
@@ -317,7 +322,7 @@ def _check_names(tables: list[dict[str, Any]], report: Report) -> None:
         seen.add(name)
 
 
-def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> Lens | None:
+def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> tuple[Lens, Places | None] | None:
     before, report = len(problems), problems.append
     own = dict(table)
     # Parameters are judged against the surface, so an unknown key is told from a wrong number
@@ -327,6 +332,8 @@ def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> Lens | No
     read = _read(LensTable, own, at, report)
     if read is None:
         return None
+    if read.at is not None and "centre" in read.model_fields_set:
+        report(f"{at}.at: only one of the two may be given, {at}.at for an array or {at}.centre for one lens")
     made = _surface(read, at, report)
     if made is None or len(problems) > before:
         return None
@@ -336,14 +343,14 @@ def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> Lens | No
         report(f"{at}.{key}: {what}")
     if len(problems) > before:
         return None
-    return Lens(
+    lens = Lens(
         name=read.name,
         formula=read.surface,
         bounds=read.bounds,
         planes=read.planes,
         surface=made,
         values=Frozen(values),
-        centre=read.centre,
+        centre=read.centre if read.at is None else read.at[0],
         stretch=read.stretch,
         rotate=read.rotate,
         material=read.n,
@@ -351,6 +358,7 @@ def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> Lens | No
         absorbs=read.absorbs,
         priority=read.priority,
     )
+    return lens, read.at
 
 
 def _known_keys(table: dict[str, Any], formula: str, at: str, report: Report) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lenscl.config.build import BY_HAND, COORDINATES, LENS_KEYS, NAME, is_catalogue_name
+from lenscl.config.places import Places
 from lenscl.config.problems import as_plain, key_text, nearest, study_error
 from lenscl.config.tables import ENVIRONMENT, SCENE_TABLES
 from lenscl.effects import EFFECTS
@@ -19,9 +20,9 @@ _COMPONENTS: dict[str, dict[str, int | str]] = {
     "size": _SIDES,
     "n": {"nd": "nd", "vd": "vd"},  # of an index that is written as a table of the two
 }
-_LENS_KEYS = ("centre", "stretch", "rotate", "n", "absorption", "absorbs", "priority")
+_LENS_KEYS = ("centre", "at", "stretch", "rotate", "n", "absorption", "absorbs", "priority")
 _NEVER_SWEPT = ("lens.name", "picture.images")
-_DECIDING = (".surface", ".kind", ".corner", ".centre")
+_DECIDING = (".surface", ".kind", ".corner", ".centre", ".at")
 # Writing a key takes those away that cannot stand beside it
 _RIVALS = {
     f"{screen}.{key}": (f"{screen}.{other}",)
@@ -31,6 +32,8 @@ _RIVALS = {
     "numerics.accuracy": tuple(f"numerics.{key}" for key in BY_HAND),
     **{f"numerics.{key}": ("numerics.accuracy",) for key in BY_HAND},
 }
+
+_PLACED = {"at": "centre", "centre": "at"}  # of lenses: an array stands at its places, one lens at its centre
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +52,8 @@ class Place:
     def value(self) -> Any:
         """Return what stands there; None where the key is not written."""
         found = self.table.get(self.key)
+        if isinstance(found, Places):
+            return found.tolist()
         return found if self.component is None or found is None else found[self.component]
 
 
@@ -65,10 +70,15 @@ def places(document: dict[str, Any]) -> dict[str, Place]:
             parameters = dict.fromkeys(
                 [*(key for key in lens if key not in LENS_KEYS), *parameter_names(lens.get("surface"))]
             )
-            _add(found, prefix, lens, ["name", "surface", "bounds", "planes", *parameters, *_LENS_KEYS])
+            own = [key for key in _LENS_KEYS if key != "centre" or not _is_array(lens)]
+            _add(found, prefix, lens, ["name", "surface", "bounds", "planes", *parameters, *own])
     _add(found, "effects", document["effects"], [*EFFECTS, ENVIRONMENT])
     _add(found, "numerics", document["numerics"], list(SCENE_TABLES["numerics"].model_fields))
     return found
+
+
+def _is_array(lens: Mapping[str, Any]) -> bool:
+    return lens.get("at") is not None and "centre" not in lens
 
 
 def parameter_names(formula: Any) -> list[str]:
@@ -92,7 +102,7 @@ def _has(entry: Any, component: int | str) -> bool:
     """Return whether a value has a component; a surface's parameter may be called like a vector."""
     if isinstance(component, str):
         return isinstance(entry, dict) and component in entry
-    return isinstance(entry, list) and component < len(entry)
+    return isinstance(entry, list) and component < len(entry) and not isinstance(entry[component], list)
 
 
 def whole_of(key: str) -> str | None:
@@ -103,7 +113,11 @@ def whole_of(key: str) -> str | None:
 
 def rivals_of(key: str) -> tuple[str, ...]:
     """Return the keys that cannot stand beside this one: `film.centre` for `film.corner.x`."""
-    return _RIVALS.get(whole_of(key) or key, ())
+    whole = whole_of(key) or key
+    stem, _, last = whole.rpartition(".")
+    if last in _PLACED and stem.partition(".")[0] == "lens":
+        return (f"{stem}.{_PLACED[last]}",)
+    return _RIVALS.get(whole, ())
 
 
 def overruled(keys: Collection[str], by: Collection[str]) -> set[str]:
@@ -134,7 +148,17 @@ def key_problem(key: str, known: Mapping[str, Place], document: Mapping[str, Any
     if parts[0] == "lens" and len(names) > 1 and len(parts) > 1 and parts[1] not in names:
         listed = ", ".join(str(name) for name in names[:8])
         return f"{key_text(key)}: with several lenses write lens.NAME.{key_text(parts[-1])}; the names are {listed}"
-    if (whole := whole_of(key)) in known and key.rpartition(".")[2] in _COMPONENTS["n"]:
+    whole = whole_of(key)
+    stem, _, last = (whole or key).rpartition(".")
+    if stem.partition(".")[0] == "lens" and f"{stem}.at" in known:
+        if last == "centre":
+            return (
+                f"{key_text(key)}: {stem} is an array, which has no centre; set {stem}.at, all its places as a list or "
+                "the name of a file of them, or write centre in the place of at in the file"
+            )
+        if last == "at":
+            return f"{key_text(key)}: {stem}.at is set as a whole, a list of places or the name of a file of them"
+    if whole in known and key.rpartition(".")[2] in _COMPONENTS["n"]:
         return f"{key_text(key)}: {whole} has no such part; write {whole} = {{ nd = ..., vd = ... }} in the file"
     hint = nearest(key, known)
     return f"{key_text(key)}: unknown key{hint if 'did you mean' in hint else '; it must name a value of the scene'}"

@@ -12,7 +12,7 @@ from typing import Any
 from lenscl.config.problems import file_text, study_error
 from lenscl.config.toml_faults import toml_problem
 
-MOST_BYTES = 1_000_000  # a study is written by hand
+MOST_BYTES = 10_000_000  # a study is written by hand, but for the places of an array
 # tomllib's time grows with the square of a dotted key's parts, in a header or an inline table too; a study's longest
 # key, an axis whose quotes were forgotten, has six
 _MOST_PARTS = 16

@@ -9,12 +9,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any, Generic, Literal, TypeVar, cast
 
 from lenscl.config.accuracy import Accuracy
-from lenscl.config.checks import Box, Vec3
+from lenscl.config.checks import Vec3
+from lenscl.config.lens import Group, Lenses
+from lenscl.config.places import Places
 from lenscl.effects import Fact, Value, wavelengths_of
-from lenscl.lenses import Surface
 from lenscl.materials import Constant, Material
 
 V = TypeVar("V")
@@ -127,33 +129,6 @@ class Picture(_Screen):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Lens:
-    """A solid F <= 0 of one material, placed in the world.
-
-    `formula` is the surface as written: a name of the catalogue, or an expression, which then has `bounds`.
-    """
-
-    name: str | None
-    formula: str
-    bounds: Box | None
-    surface: Surface = field(compare=False, repr=False)  # made from formula and bounds, or planes
-    values: Mapping[str, float]  # every parameter of the surface
-    centre: Vec3
-    stretch: Vec3
-    rotate: Vec3  # degrees
-    material: Material
-    absorption: Vec3 = (0.0, 0.0, 0.0)  # of red, green, blue, per scene unit of the world
-    absorbs: bool = False  # opaque: no ray goes on from its surface
-    priority: float = 0.0  # where solids overlap the highest is the medium
-    planes: tuple[tuple[float, float, float, float], ...] | None = None  # as given: `values` has their numbers
-
-    @property
-    def n(self) -> float:
-        """Refractive index at the d line."""
-        return self.material.n
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Numerics:
     """How accurately to compute; lengths in scene units, `tolerance` None for the precision's own default.
 
@@ -197,13 +172,16 @@ class Scene:
     film: Film
     picture: Picture
     medium: Material
-    lenses: tuple[Lens, ...]
+    lenses: Lenses
     effects: Effects
     numerics: Numerics
     # What lenses reflect: "picture", the path of an image, or a colour in the picture's own encoding
     environment: str | tuple[float, ...] = "picture"
     # What other points need of the study that the scene belongs to
     needs: Needs = field(default=Needs(), compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "lenses", Lenses.of(self.lenses))  # a plain sequence of lenses does as well
 
     @property
     def n_medium(self) -> float:
@@ -223,7 +201,7 @@ class Scene:
         StudyError
             If a material has no index there.
         """
-        lenses = tuple(replace(lens, material=_at(lens.material, wavelength_nm)) for lens in self.lenses)
+        lenses = self.lenses.with_each(lambda lens: replace(lens, material=_at(lens.material, wavelength_nm)))
         return replace(self._undispersed(), medium=_at(self.medium, wavelength_nm), lenses=lenses)
 
     def layers(self) -> tuple[Scene, ...]:
@@ -239,18 +217,30 @@ class Scene:
 
     def by_priority(self) -> tuple[int, ...]:
         """Return the lenses' numbers, lowest priority first; where solids overlap the last one is the medium."""
-        return tuple(sorted(range(len(self.lenses)), key=lambda number: (self.lenses[number].priority, number)))
+        by_priority = sorted(self.lenses.groups, key=lambda group: (group.lens.priority, group.first))
+        return tuple(number for group in by_priority for number in group.numbers)
 
     def blocks(self, number: int) -> bool:
         """Return whether a lens lets no light in: it is opaque, and absorption is not switched off."""
-        return self.lenses[number].absorbs and self.effects["absorption"] is not False
+        return self.stops_light(self.lenses.group_of(number))
+
+    def stops_light(self, group: Group) -> bool:
+        """Return whether the lenses of a table let no light in, as `blocks` does of one."""
+        return group.lens.absorbs and self.effects["absorption"] is not False
 
     def lens_key(self, number: int) -> str:
-        """Return what a study's keys call a lens: "lens.NAME", "lens" where it is the only one, else "lens 2"."""
-        name = self.lenses[number].name
-        if name is not None:
-            return f"lens.{name}"
-        return "lens" if len(self.lenses) == 1 else f"lens {number + 1}"
+        """Return what a study's keys call a lens: "lens.NAME", "lens" where it is the only one, else "lens 2".
+
+        A copy of an array is its place, counted from 0 as the lists of a study are: "lens.NAME.at[2]".
+        """
+        group = self.lenses.group_of(number)
+        return self.table_key(group) + ("" if group.at is None else f".at[{number - group.first}]")
+
+    def table_key(self, group: Group) -> str:
+        """Return what a study's keys call a table `[[lens]]`."""
+        if group.lens.name is not None:
+            return f"lens.{group.lens.name}"
+        return "lens" if len(self.lenses.groups) == 1 else f"lens {self.lenses.groups.index(group) + 1}"
 
     def replace(self, changes: Mapping[str, Any]) -> Scene:
         """Return the scene with some keys changed, checked as a study file is.
@@ -270,10 +260,16 @@ class Scene:
         from lenscl.config.build import scene_from_document
         from lenscl.config.keys import changed
 
-        return replace(scene_from_document(changed(self.document(), changes)), needs=self.needs)
+        return replace(scene_from_document(changed(self.document(plain=False), changes)), needs=self.needs)
 
-    def document(self) -> dict[str, Any]:
-        """Return the scene as the tables of a study file, complete and in a fixed order."""
+    def document(self, *, plain: bool = True) -> dict[str, Any]:
+        """Return the scene as the tables of a study file, complete and in a fixed order.
+
+        Parameters
+        ----------
+        plain : bool
+            Whether the places of arrays are lists, as in a file; else they are `Places`, which are read back at once.
+        """
         source: dict[str, Any] = {"kind": self.source.kind}
         place = self.source.at if self.source.kind == "point" else self.source.direction
         source["at" if self.source.kind == "point" else "direction"] = list(cast(Vec3, place))
@@ -292,7 +288,7 @@ class Scene:
             "film": _screen_document(self.film),
             "picture": picture,
             "medium": {"n": _written(self.medium)},
-            "lens": [_lens_document(lens) for lens in self.lenses],
+            "lens": [_lens_document(group, plain) for group in self.lenses.groups],
             "effects": {key: _listed(value) for key, value in self.effects.items()} | self._written_environment(),
             "numerics": _numerics_document(self.numerics),
         }
@@ -306,10 +302,20 @@ class Scene:
         """Return the scene as a study file: the same text for equal scenes, and read back to an equal scene."""
         import tomli_w
 
+        document, arrays = self.document(plain=False), []
+        for table in document["lens"]:
+            if "at" in table:
+                arrays.append(table["at"])
+                table["at"] = str(len(arrays) - 1)
         # One line a list: tomli_w breaks each of them, and line ends stand nowhere else inside a value
-        text = tomli_w.dumps(self.document())
-        text = re.sub(r"\[\n +", "[", text)
-        return re.sub(r",\n( *)(\])?", lambda end: end[2] or ", ", text)
+        text = re.sub(r"\[\n +", "[", tomli_w.dumps(document))
+        text = re.sub(r",\n( *)(\])?", lambda end: end[2] or ", ", text)
+        return re.sub(r'^at = "(\d+)"$', lambda line: f"at = {_places_text(arrays[int(line[1])])}", text, flags=re.M)
+
+
+@lru_cache(maxsize=8)  # a sweep of anything else asks for the same places at every point
+def _places_text(places: Places) -> str:
+    return f"[{', '.join(f'[{x!r}, {y!r}, {z!r}]' for x, y, z in places)}]"
 
 
 def _times(factor: float, v: Vec3) -> Vec3:
@@ -355,14 +361,15 @@ def _numerics_document(numerics: Numerics) -> dict[str, Any]:
     }
 
 
-def _lens_document(lens: Lens) -> dict[str, Any]:
+def _lens_document(group: Group, plain: bool) -> dict[str, Any]:
+    lens, at = group.lens, group.at
     return {
         **({} if lens.name is None else {"name": lens.name}),
         "surface": lens.formula,
         **({} if lens.bounds is None else {"bounds": [list(corner) for corner in lens.bounds]}),
         **({} if lens.planes is None else {"planes": [list(plane) for plane in lens.planes]}),
         **{key: lens.values[key] for key in lens.surface.keys if key in lens.values},
-        "centre": list(lens.centre),
+        **({"centre": list(lens.centre)} if at is None else {"at": at.tolist() if plain else at}),
         "stretch": list(lens.stretch),
         "rotate": list(lens.rotate),
         "n": _written(lens.material),

@@ -158,7 +158,7 @@ class Study:
             scene = scene.replace(_placed(inner, self.folder))
         except StudyError as error:
             problems += error.problems
-        known = places(self.scene.document())
+        known = places(self.scene.document(plain=False))
         for key, value in inner.items():
             for axis in sweep.axis_keys():
                 if axis in known and key in known and known[axis].identity == known[key].identity:
@@ -207,7 +207,7 @@ class Study:
 
     def _defaults(self) -> dict[str, Any]:
         """Return what the scene says for every key that varies."""
-        known = places(self.scene.document())
+        known = places(self.scene.document(plain=False))
         return {key: known[key].value() if key in known else None for key in self.axes}
 
 
@@ -279,6 +279,8 @@ def _read_study(document: dict[str, Any], folder: Path, path: Path | None) -> St
     title = _read_title(document, "study" if path is None else path.stem, problems)
     if isinstance(effects := document.get("effects"), dict):
         document["effects"] = _placed(effects, folder, ENVIRONMENT)
+    if isinstance(lenses := document.get("lens"), list):
+        document["lens"] = [_placed(lens, folder, "at") if isinstance(lens, dict) else lens for lens in lenses]
     scene = read_scene(document, problems)
     sweep = read_sweep(document, problems.append)
     output = _read_output(document, problems)
@@ -363,10 +365,21 @@ def _check_points(study: Study) -> None:
         raise study_error(problems)
 
 
-def _placed(values: Mapping[str, Any], folder: Path, key: str = f"effects.{ENVIRONMENT}") -> Mapping[str, Any]:
-    """Let the path of an image that lenses reflect be one from here, as it is written from the study's folder."""
-    shown = values.get(key)
-    return {**values, key: str(folder / shown)} if isinstance(shown, str) and shown not in ("", "picture") else values
+def _placed(values: Mapping[str, Any], folder: Path, *keys: str) -> dict[str, Any]:
+    """Let names of files be names from here, as they are written from the study's folder.
+
+    Those are an image that lenses reflect, and a file of places; under `keys`, or else under those of a scene.
+    """
+    placed = dict(values)
+    for key, name in values.items():
+        if isinstance(name, str) and name and (key in keys if keys else _names_file(key, name)):
+            placed[key] = name if name == "picture" and not key.endswith("at") else str(folder / name)
+    return placed
+
+
+def _names_file(key: str, name: str) -> bool:
+    """Return whether a key of the scene has the name of a file."""
+    return (key == f"effects.{ENVIRONMENT}" and name != "picture") or (key.startswith("lens.") and key.endswith(".at"))
 
 
 def _find_images(scene: Scene, folder: Path) -> tuple[Path, ...]:

@@ -15,7 +15,7 @@ from lenscl.config.sweep import Sweep
 
 def check_keys(sweep: Sweep, scene: Scene, problems: list[str]) -> None:
     """Report keys of the sweep that point nowhere, twice to one place, or to what no point can have."""
-    document = scene.document()
+    document = scene.document(plain=False)
     known = places(document)
     _add_swept_parameters(known, sweep)
     parts_of: dict[str | None, list[Place]] = {}
@@ -35,7 +35,7 @@ def check_keys(sweep: Sweep, scene: Scene, problems: list[str]) -> None:
                 if part.identity in seen:
                     problems.append(f"{at}.{key_text(key)}: varies already in part, by {seen[part.identity]}")
             for rival in rivals_of(key):
-                if any(identity[:2] == known[rival].identity[:2] for identity in seen):
+                if rival in known and any(identity[:2] == known[rival].identity[:2] for identity in seen):
                     problems.append(f"{at}.{key_text(key)}: varies with {rival} in its place; keep one of the two")
             seen[own.identity] = f"{at}.{key_text(key)}"
     for index, point in enumerate(sweep.include):

@@ -26,6 +26,7 @@ from lenscl.config.checks import (
     Vector,
     Wanted,
 )
+from lenscl.config.places import MOST_LENSES, At
 from lenscl.effects import EFFECTS, WAVELENGTH_LIMITS, Effect
 from lenscl.materials import material
 from lenscl.methods import METHODS
@@ -36,7 +37,6 @@ _COLOUR = {"type": "array", "items": {"type": "number", "minimum": 0}, "oneOf": 
            "minItems": 1, "maxItems": 3}  # fmt: skip
 MODES = ("grid", "latin", "halton", "sobol", "random")
 MOST_EVENTS = 255
-MOST_LENSES = 100_000
 MOST_POINTS = 10_000_000
 
 
@@ -133,6 +133,10 @@ class LensTable(Table):
         description="Planes [a, b, c, d] of a polyhedron; the solid is where a x + b y + c z <= d for all of them.",
     )
     centre: Vector = Field((0.0, 0.0, 0.0), description="Position of the origin of lens coordinates.")
+    at: At | None = Field(
+        None,
+        description="Positions of the copies of a lens array, instead of centre: a list, or a file of rows x, y, z.",
+    )
     stretch: Stretch = Field((1.0, 1.0, 1.0), description="Factors along the axes of the lens; negative ones mirror.")
     rotate: Vector = Field((0.0, 0.0, 0.0), description="Angles in degrees about the fixed axes x, then y, then z.")
     n: Medium = Field(description="Refractive index inside.")

@@ -15,13 +15,16 @@ from dataclasses import dataclass, replace
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lenscl.config import Scene
 from lenscl.errors import LensclError
 from lenscl.reference.crossing import UndecidableError
 from lenscl.reference.jets import contains_zero
 from lenscl.reference.landing import Plane
 from lenscl.reference.library import python_flint
-from lenscl.reference.placed import Placed
+from lenscl.reference.near import balls, near_line
+from lenscl.reference.placed import PlacedLenses
 from lenscl.reference.stops import picture_stops
 from lenscl.reference.touching import Met
 from lenscl.reference.vectors import dot, minus, plus, times, unit, vector
@@ -41,6 +44,7 @@ RADIUS = 1e-20  # picture coordinates; a hundred thousandth of the last bit of a
 MOST_BITS = 2048
 TOO_LONG = "certified answers of so many rays would take too long"
 _FIRST_BITS = 128
+_BEYOND = 1.0 + 1e-6  # times a length in double precision, so that it is no shorter
 _NORMAL = 2.0**-20  # a unit normal that is known less well is that of an edge, where both sides' are enclosed
 
 
@@ -189,7 +193,7 @@ def _proof(
                 proof = path.followed()
             except UndecidableError as doubt:
                 proof = path.doubtful(str(doubt))
-        looks += sum(lens.looks for lens in path.lenses)
+        looks += path.lenses.looks
         if (proof.status is not None and proof.radius <= radius) or bits >= most_bits or looks >= most_looks:
             return replace(proof, looks=looks)
         bits *= 2
@@ -221,10 +225,8 @@ def _behind(scene: Scene, target: Vector) -> arb:
     reach = arb(1)
     for screen in (scene.film, scene.picture):
         reach += sum(abs(dot(v, v)).sqrt() for v in map(vector, (screen.corner, screen.right, screen.down)))
-    for lens in scene.lenses:
-        low, high = lens.surface.box(lens.values)
-        corner = vector([max(abs(a), abs(b)) * abs(c) for a, b, c in zip(low, high, lens.stretch, strict=True)])
-        reach += dot(corner, corner).sqrt() + dot(vector(lens.centre), vector(lens.centre)).sqrt()
+    middles, radii = balls(scene.lenses)
+    reach += float((np.linalg.norm(middles, axis=1) + radii).max()) * _BEYOND
     return (reach + dot(target, target).sqrt()).upper()
 
 
@@ -233,17 +235,17 @@ class _Path:
 
     def __init__(self, scene: Scene, bits: int, shake: _ShakeOfRay | None) -> None:
         self.scene, self.bits, self.shake = scene, bits, shake
-        self.lenses = [Placed(lens) for lens in scene.lenses]
+        self.lenses = PlacedLenses(scene.lenses)
         self.events = 0
         self.lengths: dict[int | None, arb] = {}  # by the medium
         self.picture, self.is_screen = Plane(scene.picture), picture_stops(scene)
-        self.rank = {number: place for place, number in enumerate(scene.by_priority())}
         self.inside: frozenset[int] = frozenset()  # numbers of the lenses whose solids it travels in
         self.on: frozenset[int] = frozenset()  # and of those on whose surfaces it starts, exactly
 
     def start(self, origin: Vector, direction: Vector) -> None:
         self.origin, self.direction = origin, direction
-        for number, lens in enumerate(self.lenses):
+        for number in near_line(self.scene.lenses, origin, None):
+            lens = self.lenses[number]
             local = lens.point_to_local(origin)
             if not lens.may_hold(local):
                 continue
@@ -287,7 +289,7 @@ class _Path:
 
     def _medium(self, inside: frozenset[int]) -> int | None:
         """Return the lens that is the medium where some solids overlap; None around all lenses."""
-        return max(inside, key=self.rank.__getitem__, default=None)
+        return max(inside, key=lambda number: (self.scene.lenses[number].priority, number), default=None)
 
     def _index(self, medium: int | None) -> float:
         return self.scene.n_medium if medium is None else self.scene.lenses[medium].n
@@ -295,7 +297,8 @@ class _Path:
     def _next_surfaces(self) -> Met | None:
         """Return what is met next: one surface, or those that are in contact there; None where there is none."""
         found: list[tuple[arb, int, Vector]] = []
-        for number, lens in enumerate(self.lenses):
+        for number in near_line(self.scene.lenses, self.origin, self.direction):
+            lens = self.lenses[number]
             place = lens.crossing(
                 self.origin, self.direction, self.bits, departs=number in self.on, inside=number in self.inside
             )
@@ -376,7 +379,7 @@ class _Path:
     def _lengths_by_medium(self) -> tuple[arb, ...]:
         from flint import arb
 
-        return tuple(self.lengths.get(medium, arb(0)) for medium in (*range(len(self.lenses)), None))
+        return tuple(self.lengths.get(medium, arb(0)) for medium in (*range(len(self.scene.lenses)), None))
 
     def _ended(self, status: RayStatus) -> Proof:
         return Proof(

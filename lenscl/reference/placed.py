@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
-from lenscl.config import Lens
+from lenscl.config import Lens, Lenses
 from lenscl.reference.crossing import first_crossing
 from lenscl.reference.jets import Jet, contains_zero, jet
 from lenscl.reference.vectors import minus, plus, times, turned, vector
@@ -18,6 +18,24 @@ if TYPE_CHECKING:
     from lenscl.reference.vectors import Vector
 
 _BOX_MARGIN = 2.0**-10  # of a catalogue box's extent, as the solid must lie strictly inside
+
+
+class PlacedLenses:
+    """The lenses of a scene in balls, by number; each is made when it is asked for."""
+
+    def __init__(self, lenses: Lenses) -> None:
+        self._lenses = lenses
+        self._made: dict[int, Placed] = {}
+
+    def __getitem__(self, number: int) -> Placed:
+        if number not in self._made:
+            self._made[number] = Placed(self._lenses[number])
+        return self._made[number]
+
+    @property
+    def looks(self) -> int:
+        """How often F was looked at along rays, so far."""
+        return sum(lens.looks for lens in self._made.values())
 
 
 class Placed:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -9,20 +10,34 @@ from numpy.typing import NDArray
 
 from lenscl.config import Lens, Scene
 from lenscl.expr import bounds
+from lenscl.reference.near import balls
 from lenscl.reference.placement import Placement
 
 _NEAR = 1e-5  # of the lens's box, and of the picture: so near to the picture a solid is on it
 _HALVINGS = 12  # of each side of the picture
+_ROOM = 1.5  # times a ball, within which any solid that may reach the picture keeps
 _MOST = 2**12  # parts of the picture that are left at a time
 
 Array = NDArray[np.float64]
 
 
+@lru_cache(maxsize=64)
 def picture_stops(scene: Scene) -> bool:
     """Say whether rays end on the picture where they meet it first."""
     if scene.picture.stops == "auto":
-        return any(_reaches(lens, scene) for lens in scene.lenses)
+        return any(_reaches(scene.lenses[number], scene) for number in _near_the_plane(scene))
     return bool(scene.picture.stops)
+
+
+def _near_the_plane(scene: Scene) -> list[int]:
+    """Return the lenses, by number, whose balls come near to the picture's plane."""
+    middles, radii = balls(scene.lenses)
+    picture = scene.picture
+    corner, right, down = (np.asarray(v, dtype=np.float64) for v in (picture.corner, picture.right, picture.down))
+    normal = np.cross(right, down)
+    away = np.abs((middles - corner) @ normal) / np.linalg.norm(normal)
+    found: list[int] = np.flatnonzero(away <= radii * _ROOM).tolist()
+    return found
 
 
 def _reaches(lens: Lens, scene: Scene) -> bool:

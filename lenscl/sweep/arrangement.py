@@ -7,7 +7,7 @@ the other, they overlap, they touch, or nothing of that is found, and they may k
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Literal
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from lenscl.config import Lens, Scene
 from lenscl.expr import evaluate, evaluate_with_error, gradient
-from lenscl.tracing import Placement, touching
+from lenscl.tracing import Placement, may_touch
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -39,9 +39,10 @@ class _Lie:
 
 def arrangement_spots(scene: Scene, first: int, second: int) -> Iterator[tuple[int, str, str]]:
     """Yield (number of the lens spoken of, kind, message) for two lenses of a scene, the first of the lower number."""
-    if not touching(scene.lenses, (first, second)):
+    one, other = scene.lenses[first], scene.lenses[second]
+    if not may_touch(one, other):
         return
-    lie = _lie(scene.lenses[first], scene.lenses[second])
+    lie = _lie(replace(one.solid, centre=one.centre), replace(other.solid, centre=other.centre))
     keys = {number: scene.lens_key(number) for number in (first, second)}
     low, high = sorted((first, second), key=scene.by_priority().index)
     why = _why(scene, low, high)
@@ -57,13 +58,13 @@ def arrangement_spots(scene: Scene, first: int, second: int) -> Iterator[tuple[i
             else:
                 text = (
                     f"lies in {keys[outer]}, which is the medium there: {why}; so it bends no light and is not seen. "
-                    f"{_key(scene, inner)} above {scene.lenses[outer].priority:g} makes it seen"
+                    f"{_remedy(scene, inner, outer)} makes it seen"
                 )
                 yield inner, f"hidden-{keys[outer]}", text
         case "overlap":
             text = (
                 f"overlaps {keys[second]}{at}; where both are the medium is that of {keys[high]}: {why}. "
-                f"{_key(scene, low)} above {scene.lenses[high].priority:g} makes it that of {keys[low]}{also}"
+                f"{_remedy(scene, low, high)} makes it that of {keys[low]}{also}"
             )
             yield first, f"overlap-{keys[second]}", text
         case "touch":
@@ -78,16 +79,26 @@ def arrangement_spots(scene: Scene, first: int, second: int) -> Iterator[tuple[i
 
 def _why(scene: Scene, low: int, high: int) -> str:
     """Say why the one lens is the medium where both are."""
-    less, more = (scene.lenses[number].priority for number in (low, high))
-    key = scene.lens_key(high)
-    if less == more:
-        return f"of equal priority, {key} stands later in the file"
-    return f"{_key(scene, high)} is {more:g}, and {_key(scene, low)} {less:g}"
+    less, more = (scene.lenses.group_of(number) for number in (low, high))
+    if less is more:
+        return f"of equal priority, {scene.lens_key(high)} stands later in the list"
+    if less.lens.priority == more.lens.priority:
+        return f"of equal priority, {scene.table_key(more)} stands later in the file"
+    return f"{_key(scene, high)} is {more.lens.priority:g}, and {_key(scene, low)} {less.lens.priority:g}"
+
+
+def _remedy(scene: Scene, low: int, high: int) -> str:
+    """Say what lets the lens of the lower number of two be the medium where both are."""
+    less, more = (scene.lenses.group_of(number) for number in (low, high))
+    if less is more:
+        return f"A later place in {scene.table_key(less)}.at"
+    return f"{_key(scene, low)} above {more.lens.priority:g}"
 
 
 def _key(scene: Scene, number: int) -> str:
-    key = scene.lens_key(number)
-    return f"{key}.priority" if scene.lenses[number].name is not None else f"priority of {key}"
+    group = scene.lenses.group_of(number)
+    key = scene.table_key(group)
+    return f"{key}.priority" if group.lens.name is not None else f"priority of {key}"
 
 
 _NEAR = _Lie("near", None, False)

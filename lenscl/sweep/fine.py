@@ -39,8 +39,12 @@ def fine_share(scene: Scene, number: int) -> float:
     world = placement.centre + local @ placement.to_world.T
     film = scene.film
     right, down = np.asarray(film.right) / film.columns, np.asarray(film.down) / film.rows
-    far = _distance(scene, world)[:, None]
-    fine = np.zeros(len(local), dtype=bool)
+    far = _distance(scene, world)
+    looked_at = np.isfinite(far)
+    if not looked_at.any():
+        return 0.0
+    world, far = world[looked_at], far[looked_at, None]
+    fine = np.zeros(len(world), dtype=bool)
     for across, along in _WAYS:
         step = 0.5 * far * (across * right + along * down)
         sides = [
@@ -48,7 +52,7 @@ def fine_share(scene: Scene, number: int) -> float:
         ]
         # Where F has no value nothing is known to end there
         fine |= np.logical_and.reduce([side >= 0.0 for side in sides])
-    share = float(fine[np.isfinite(far[:, 0])].mean()) if np.isfinite(far).any() else 0.0
+    share = float(fine.mean())
     return share if share >= _MANY else 0.0
 
 

@@ -7,28 +7,29 @@ are not proved apart it is said how they lie to each other, and which of them is
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.config import Point, Scene, Study
+from lenscl.config import Group, Point, Scene, Study
 from lenscl.errors import StudyError
 from lenscl.imaging import refuse_unseen
+from lenscl.sweep.aimed import MOST_PASSED, copies_to_look_at, every_pixel, film_rays_of, is_aimed_at, passed_by
 from lenscl.sweep.arrangement import arrangement_spots
 from lenscl.sweep.shapes import shape_spots
 from lenscl.sweep.solids import solid_spots
 from lenscl.sweep.values import value_spots
-from lenscl.tracing import Placement, locate, methods_of, reach_of
+from lenscl.tracing import MOST_PAIRS, Placement, holding, methods_of, out_of_view, reach_of, touching
 
 Points = NDArray[np.float64]
 
 _BENT_TO = "it is seen only if another lens bends light to it"
 _LEFT_OUT = "nor can light that other lenses bend get to it, so that it is left out of the kernel"
 _COARSE_RAYS = 2**14  # film rays looked at first; all are, in pieces of this size, where the first decide nothing
+_NAMED = 8  # lenses of one message
+_MOST_ARRANGED = 64  # pairs of tables that are told how they lie
 _ON_FILM = 1e-12  # of the film's size: a source so near to its plane lies in it
-_NEVER_ZERO = 1e-300  # stands for a direction's zero: a quotient by it lies beyond every box, and is no NaN
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,26 +82,35 @@ def _spots_of(point: Point) -> tuple[HardSpot, ...]:
 
 def hard_spots(scene: Scene) -> Iterator[HardSpot]:
     """Yield the hard spots of one scene."""
-    placed = [(scene.lens_key(number), Placement.of(lens)) for number, lens in enumerate(scene.lenses)]
-    for number, lens in enumerate(scene.lenses):
-        for kind, message in (*solid_spots(lens), *value_spots(scene, number), *shape_spots(scene, number)):
-            yield HardSpot(scene.lens_key(number), kind, message)
+    for group in scene.lenses.groups:
+        yield from _spots_of_a_lens(scene, group)
     yield from _source_in_a_lens(scene)
     yield from _source_on_the_film(scene)
-    yield from _arrangements(scene, placed)
-    yield from _boxes_cut_screens(scene, placed)
+    yield from _places_given_twice(scene)
+    yield from _arrangements(scene)
+    yield from _boxes_cut_screens(scene)
     yield from _picture_out_of_the_way(scene)
-    yield from _lenses_out_of_the_way(scene, placed)
+    yield from _lenses_out_of_the_way(scene)
     yield from _steps_too_long(scene)
     yield from _samples_not_seen(scene)
     yield from _environment_not_read(scene)
     yield from _light_not_seen(scene)
 
 
+def _spots_of_a_lens(scene: Scene, group: Group) -> Iterator[HardSpot]:
+    """Yield what the shape of a lens makes hard; of an array each kind once, of the copy that tells most of it."""
+    told = set()
+    for number in copies_to_look_at(scene, group):
+        for kind, message in (*solid_spots(group.lens), *value_spots(scene, number), *shape_spots(scene, number)):
+            if group.at is None or kind not in told:
+                yield HardSpot(scene.lens_key(number), kind, message)
+            told.add(kind)
+
+
 def _source_in_a_lens(scene: Scene) -> Iterator[HardSpot]:
     if scene.source.at is None:
         return
-    inside, on = _holding(scene, scene.source.at)
+    inside, on = holding(scene, scene.source.at)
     if inside:
         medium = max(inside, key=scene.by_priority().index)
         start = f"in {scene.lens_key(medium)}, the medium there" if len(inside) > 1 else "in its medium"
@@ -111,16 +121,9 @@ def _source_in_a_lens(scene: Scene) -> Iterator[HardSpot]:
         )
 
 
-def _holding(scene: Scene, at: Sequence[float]) -> tuple[list[int], list[int]]:
-    """Return the lenses that a point of the world lies in, and those on whose surfaces it lies."""
-    point = np.array([at], dtype=np.float64)
-    each = [locate(replace(scene, lenses=(lens,)), point) for lens in scene.lenses]
-    inside, on = ([number for number, found in enumerate(each) if found[i][0] >= 0] for i in (0, 1))
-    return inside, on
-
-
 def _listed(scene: Scene, numbers: Sequence[int]) -> str:
-    return " and ".join(scene.lens_key(number) for number in numbers)
+    more = f" and {len(numbers) - _NAMED} more" if len(numbers) > _NAMED else ""
+    return " and ".join(scene.lens_key(number) for number in numbers[:_NAMED]) + more
 
 
 def _source_on_the_film(scene: Scene) -> Iterator[HardSpot]:
@@ -141,45 +144,77 @@ def _source_on_the_film(scene: Scene) -> Iterator[HardSpot]:
         )
 
 
-def _arrangements(scene: Scene, placed: list[tuple[str, Placement]]) -> Iterator[HardSpot]:
-    for (i, (_, one)), (j, (_, other)) in combinations(enumerate(placed), 2):
-        if not _boxes_overlap(one, other):
+def _places_given_twice(scene: Scene) -> Iterator[HardSpot]:
+    for group in scene.lenses.groups:
+        places, first, which = np.unique(group.centres, axis=0, return_index=True, return_inverse=True)
+        if len(places) == len(group):
             continue
-        for number, kind, message in arrangement_spots(scene, i, j):
-            yield HardSpot(scene.lens_key(number), kind, message)
+        again = int(np.flatnonzero(first[which.ravel()] != np.arange(len(group)))[0])
+        key = scene.table_key(group)
+        yield HardSpot(
+            f"{key}.at",
+            "twice",
+            f"{len(group) - len(places)} of its {len(group)} places are given before, the first of them as "
+            f"{key}.at[{again}] and {key}.at[{first[which.ravel()[again]]}]: the same solid twice, which "
+            "bends light as one does, and takes longer",
+        )
 
 
-def _boxes_overlap(one: Placement, other: Placement) -> bool:
-    axes = [*_normals(one), *_normals(other), *_crossed(one.to_world.T, other.to_world.T)]
-    return _overlap(one.corners(), other.corners(), np.array(axes))
+def _arrangements(scene: Scene) -> Iterator[HardSpot]:
+    pairs = touching(scene.lenses, range(len(scene.lenses)))
+    tables: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    for i, j in pairs:
+        one, other = scene.lenses.group_of(i), scene.lenses.group_of(j)
+        if one is not other or scene.lenses[i].centre != scene.lenses[j].centre:
+            tables.setdefault((one.first, other.first), []).append((i, j))
+    others = " or more other pairs" if len(pairs) == MOST_PAIRS else " other pairs"
+    for firsts, alike in list(tables.items())[:_MOST_ARRANGED]:
+        keys = dict.fromkeys(scene.table_key(scene.lenses.group_of(first)) for first in firsts)
+        more = len(alike) - 1
+        also = f". {more}{others} of {' and '.join(keys)} may touch or overlap, too" if more else ""
+        for number, kind, message in arrangement_spots(scene, *alike[0]):
+            yield HardSpot(scene.lens_key(number), kind, message + also)
+    if (left := len(tables) - _MOST_ARRANGED) > 0:
+        yield HardSpot("lens", "arrangements", f"{left} more pairs of lenses are not proved to keep apart")
 
 
-def _boxes_cut_screens(scene: Scene, placed: list[tuple[str, Placement]]) -> Iterator[HardSpot]:
+def _boxes_cut_screens(scene: Scene) -> Iterator[HardSpot]:
     for name, screen in (("film", scene.film), ("picture", scene.picture)):
         corner, right, down = (np.asarray(v, dtype=np.float64) for v in (screen.corner, screen.right, screen.down))
         corners = corner + np.array([0 * right, right, down, right + down])
         normal = np.cross(right, down)
         edges = np.array([right, down])
-        for key, lens in placed:
+        for group in scene.lenses.groups:
+            lens = Placement.of(group.lens.solid)
             # A flat figure is parted from a solid by its own normal, the solid's faces, or a plane along two edges
             axes = [normal, *_normals(lens), *_crossed(lens.to_world.T, edges), *_crossed(edges, normal[None])]
-            if _overlap(corners, lens.corners(), np.array(axes)):
-                yield HardSpot(
-                    key,
-                    f"cut-by-{name}",
-                    f"its box is cut by the {name}; "
-                    + (
-                        "a film stops no light, and where the solid itself is cut, light enters it before the film"
-                        if name == "film"
-                        else "where the solid itself reaches it, rays end on it when they meet it first, in the solid "
-                        "too; see picture.stops"
-                    ),
+            cut = np.flatnonzero(_overlap(corners, lens.corners(), group.centres, np.array(axes)))
+            if not cut.size:
+                continue
+            yield HardSpot(
+                scene.lens_key(group.first + int(cut[0])),
+                f"cut-by-{name}",
+                f"its box is cut by the {name}; "
+                + (
+                    "a film stops no light, and where the solid itself is cut, light enters it before the film"
+                    if name == "film"
+                    else "where the solid itself reaches it, rays end on it when they meet it first, in the solid "
+                    "too; see picture.stops"
                 )
+                + _and_copies(scene, group, len(cut)),
+            )
+
+
+def _and_copies(scene: Scene, group: Group, count: int, at_least: str = "") -> str:
+    """Return that a message holds for so many copies of an array; nothing where it is of one lens."""
+    if count < 2:
+        return ""
+    return f". So it is with {at_least}{count} of the {len(group)} places of {scene.table_key(group)}"
 
 
 def _picture_out_of_the_way(scene: Scene) -> Iterator[HardSpot]:
     normal = np.cross(np.asarray(scene.picture.right, float), np.asarray(scene.picture.down, float))
-    origins, directions = _film_rays(scene, _every(scene, _COARSE_RAYS))
+    origins, directions = film_rays_of(scene, every_pixel(scene, _COARSE_RAYS))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         t = (np.asarray(scene.picture.corner, float) - origins) @ normal / (directions @ normal)
     # A film ray is at 0 at a point source and at 1 on the film; parallel ones come from as far as need be
@@ -201,30 +236,40 @@ def _picture_out_of_the_way(scene: Scene) -> Iterator[HardSpot]:
         )
 
 
-def _lenses_out_of_the_way(scene: Scene, placed: list[tuple[str, Placement]]) -> Iterator[HardSpot]:
-    reached = reach_of(scene)
-    for number, (key, lens) in enumerate(placed):
-        if _is_aimed_at(scene, lens, _every(scene, _COARSE_RAYS)):
-            continue
-        pixels = scene.film.columns * scene.film.rows
-        pieces = (np.arange(start, min(start + _COARSE_RAYS, pixels)) for start in range(0, pixels, _COARSE_RAYS))
-        if not any(_is_aimed_at(scene, lens, piece) for piece in pieces):
-            yield HardSpot(
-                key,
-                "not-aimed-at",
-                f"no film ray is aimed at its box; {_LEFT_OUT if number not in reached else _BENT_TO}",
-            )
+def _lenses_out_of_the_way(scene: Scene) -> Iterator[HardSpot]:
+    reached, out = reach_of(scene), out_of_view(scene)
+    for group in scene.lenses.groups:
+        unsure = passed_by(scene, group, out)
+        missed = [number for number in group.numbers if out[number]]
+        missed = sorted(missed + [number for number in unsure if not _is_aimed_at_by_any(scene, number)])
+        at_least = "at least " if len(unsure) == MOST_PASSED else ""
+        for is_in, why in ((False, _LEFT_OUT), (True, _BENT_TO)):
+            some = [number for number in missed if (number in reached) is is_in]
+            if some:
+                message = f"no film ray is aimed at its box; {why}{_and_copies(scene, group, len(some), at_least)}"
+                yield HardSpot(scene.lens_key(some[0]), "not-aimed-at", message)
+
+
+def _is_aimed_at_by_any(scene: Scene, number: int) -> bool:
+    lens = Placement.of(scene.lenses[number])
+    if is_aimed_at(scene, lens, every_pixel(scene, _COARSE_RAYS)):
+        return True
+    pixels = scene.film.columns * scene.film.rows
+    pieces = (np.arange(start, min(start + _COARSE_RAYS, pixels)) for start in range(0, pixels, _COARSE_RAYS))
+    return any(is_aimed_at(scene, lens, piece) for piece in pieces)
 
 
 def _steps_too_long(scene: Scene) -> Iterator[HardSpot]:
-    for number, (lens, method) in enumerate(zip(scene.lenses, methods_of(scene), strict=True)):
+    methods = methods_of(scene)
+    for group in scene.lenses.groups:
+        lens, method = group.lens, methods[group.first]
         if "step" not in method.reads:
             continue
         low, high = np.asarray(lens.surface.box(lens.values), dtype=np.float64)
         thinnest = float(((high - low) * np.abs(lens.stretch)).min())
         step = scene.numerics.step
         yield HardSpot(
-            scene.lens_key(number),
+            scene.table_key(group),
             "march-step",
             f"method {method.name} passes over chords shorter than its step of {step:g}; the thinnest extent of this "
             f"lens's box is {thinnest:.3g}, {thinnest / step:.3g} steps; a smaller numerics.step loses less",
@@ -255,38 +300,6 @@ def _light_not_seen(scene: Scene) -> Iterator[HardSpot]:
         yield HardSpot("effects.dispersion", "not-seen", error.problems[0].removeprefix("effects.dispersion: "))
 
 
-def _film_rays(scene: Scene, pixels: NDArray[np.int64]) -> tuple[Points, Points]:
-    """Return origins and directions, shape (N, 3), of the straight rays through the centres of some film pixels."""
-    film = scene.film
-    u, v = (pixels % film.columns + 0.5) / film.columns, (pixels // film.columns + 0.5) / film.rows
-    right, down = np.asarray(film.right, dtype=np.float64), np.asarray(film.down, dtype=np.float64)
-    on_film = np.asarray(film.corner, dtype=np.float64) + u[:, None] * right + v[:, None] * down
-    if scene.source.at is not None:
-        origins = np.broadcast_to(np.asarray(scene.source.at, dtype=np.float64), on_film.shape)
-        return origins, on_film - origins
-    return on_film, np.broadcast_to(np.asarray(scene.source.direction, dtype=np.float64), on_film.shape)
-
-
-def _every(scene: Scene, most: int) -> NDArray[np.int64]:
-    """Return film pixels, at most about so many, spread over the rows and columns."""
-    stride = max(1, int(np.ceil(np.sqrt(scene.film.columns * scene.film.rows / most))))
-    rows, columns = np.arange(0, scene.film.rows, stride), np.arange(0, scene.film.columns, stride)
-    return (rows[:, None] * scene.film.columns + columns).ravel()
-
-
-def _is_aimed_at(scene: Scene, lens: Placement, pixels: NDArray[np.int64]) -> bool:
-    """Whether the line of any of these film rays, ahead of a point source, crosses a lens's box."""
-    origins, directions = _film_rays(scene, pixels)
-    origins, directions = lens.local(origins), directions @ lens.to_local.T
-    directions = np.where(directions == 0.0, _NEVER_ZERO, directions)
-    with np.errstate(over="ignore"):
-        one, other = (lens.box[0] - origins) / directions, (lens.box[1] - origins) / directions
-    enters, leaves = np.minimum(one, other).max(axis=1), np.maximum(one, other).min(axis=1)
-    if scene.source.at is not None:
-        enters = np.maximum(enters, 0.0)
-    return bool((enters <= leaves).any())
-
-
 def _normals(lens: Placement) -> Points:
     """Return the normals of a placed box's faces: the directions of its edges, as stretching comes before turning."""
     return lens.to_world.T
@@ -296,14 +309,16 @@ def _crossed(some: Points, others: Points) -> Points:
     return np.cross(some[:, None], others[None, :]).reshape(-1, 3)
 
 
-def _overlap(some: Points, others: Points, axes: Points) -> bool:
-    """Whether two convex figures meet, given their corners and every direction that might part them.
+def _overlap(some: Points, others: Points, places: Points, axes: Points) -> NDArray[np.bool_]:
+    """Whether a convex figure meets another at places, given their corners and every direction that might part them.
 
     Source: the separating axis theorem; Gottschalk, Lin & Manocha, OBBTree, SIGGRAPH 1996. An axis of length 0 (from
     parallel edges) parts nothing and does no harm.
     """
-    one, other = some @ axes.T, others @ axes.T
-    return bool(((one.min(axis=0) <= other.max(axis=0)) & (other.min(axis=0) <= one.max(axis=0))).all())
+    one, other, at = some @ axes.T, others @ axes.T, places @ axes.T
+    meets = (one.min(axis=0) <= at + other.max(axis=0)) & (at + other.min(axis=0) <= one.max(axis=0))
+    found: NDArray[np.bool_] = meets.all(axis=1)
+    return found
 
 
 def _share(mask: NDArray[np.bool_]) -> str:

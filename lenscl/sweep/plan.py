@@ -253,9 +253,16 @@ def _described(point: Point) -> str:
 def structure_text(point: Point) -> str:
     """Return what may decide a point's kernel; see `SweepPlan.structures`."""
     deciding = {
-        key: value for key, value in point.values.items() if key.startswith(_STRUCTURAL) or not _is_numeric(value)
+        key: value
+        for key, value in point.values.items()
+        if key.startswith(_STRUCTURAL) or _is_of_places(key) or not _is_numeric(value)
     }
     return json.dumps(deciding, sort_keys=True, default=str)
+
+
+def _is_of_places(key: str) -> bool:
+    """Return whether a key has the places of an array, whose number decides how many lenses there are."""
+    return key.startswith("lens.") and key.endswith(".at")
 
 
 def _is_numeric(value: Any) -> bool:

@@ -6,8 +6,9 @@ on any image; painting with it is `lenscl.imaging`'s work.
 
 from __future__ import annotations
 
-from lenscl.tracing.apart import touching
+from lenscl.tracing.apart import MOST_PAIRS, may_touch, touching
 from lenscl.tracing.beside import BESIDE, complete
+from lenscl.tracing.boxes import near_legs, near_points, pairs_by_table, world_boxes
 from lenscl.tracing.called import Call, calls, findings, reach_of, stopping, study_needs, with_needs
 from lenscl.tracing.film import film_rays
 from lenscl.tracing.follow import Ends, Follower, PixelFollower, pixel_effects
@@ -16,13 +17,15 @@ from lenscl.tracing.launch import checked_rays, kernel_source, trace, trace_rays
 from lenscl.tracing.numbers import TOLERANCE, picture_numbers
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.raymap import Caustic, RayMap, RayPaths, Samples
-from lenscl.tracing.start import locate, locate_sets
+from lenscl.tracing.reach import out_of_view
+from lenscl.tracing.start import holding, locate, locate_sets
 from lenscl.tracing.steps import StepCount, count_steps
 from lenscl.tracing.structure import methods_of
 from lenscl.tracing.tight import tightened
 
 __all__ = [
     "BESIDE",
+    "MOST_PAIRS",
     "TOLERANCE",
     "Call",
     "Caustic",
@@ -43,10 +46,16 @@ __all__ = [
     "count_steps",
     "film_rays",
     "findings",
+    "holding",
     "kernel_source",
     "locate",
     "locate_sets",
+    "may_touch",
     "methods_of",
+    "near_legs",
+    "near_points",
+    "out_of_view",
+    "pairs_by_table",
     "picture_numbers",
     "pixel_effects",
     "reach_of",
@@ -58,4 +67,5 @@ __all__ = [
     "trace_rays",
     "trace_without",
     "with_needs",
+    "world_boxes",
 ]

@@ -16,7 +16,7 @@ import numpy as np
 from lenscl.config import Lens
 from lenscl.expr import Expr, evaluate_with_error
 from lenscl.methods import Method
-from lenscl.tracing.apart import extent
+from lenscl.tracing.filled import extent
 from lenscl.tracing.placement import Placement
 
 _EPSILON = {"single": 2.0**-23, "double": 2.0**-52}
@@ -37,7 +37,7 @@ def blur_of(lens: Lens, expression: Expr, precision: Literal["single", "double"]
         That rays are carried in.
     """
     return {
-        "noise": _noise(lens, expression) * _EPSILON[precision] / _EPSILON["double"],
+        "noise": _noise(lens.solid, expression) * _EPSILON[precision] / _EPSILON["double"],
         "size": _size(lens),
     }
 

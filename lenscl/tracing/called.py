@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from lenscl.config import Effects, Lens, Needs, Scene, Study
+from lenscl.config import Effects, Group, Lens, Needs, Scene, Study
 from lenscl.effects import EFFECTS, NESTED, Effect, Fact, Value, Variant
 from lenscl.errors import StudyError
-from lenscl.tracing.apart import reaches, touching
+from lenscl.tracing.apart import MOST_PAIRS, touching
+from lenscl.tracing.filled import is_sphere
 from lenscl.tracing.reach import reached
-from lenscl.tracing.start import locate
+from lenscl.tracing.reaching import reaching
+from lenscl.tracing.start import holding
 
 _MOST_POINTS = 250  # of a study that are looked at one by one; of a longer one nothing is proved that its axes touch
 _HARMLESS = ("picture.", "numerics.max_events")  # keys on which nothing of this hangs
@@ -25,7 +25,6 @@ _OF_THE_ENVIRONMENT: frozenset[Fact] = frozenset({"the environment is the pictur
 _ENVIRONMENT = "effects.environment"
 _NAMED = 3  # pairs of solids
 _ELSEWHERE = "another point of the study needs it"
-_ROUNDINGS = 4 * 2.0**-52  # by which semi-axes of a sphere may seem to differ
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +92,13 @@ def _holding(found: Mapping[Fact, Finding]) -> frozenset[Fact]:
 def reach_of(scene: Scene, *, rays_given: bool = False) -> dict[int, str]:
     """Return the lenses that rays may reach, by number, each with the reason; parameters as for `findings`."""
     own = _reach(scene, rays_given)
-    return {number: own.get(number, _ELSEWHERE) for number in sorted(scene.needs.lenses | own.keys())}
+    return {number: own.get(number, _ELSEWHERE) for number in sorted(_needed(scene) | own.keys())}
+
+
+def _needed(scene: Scene) -> frozenset[int]:
+    """Return the lenses that other points of the study need, of those that a scene has: an array's length may vary."""
+    count = len(scene.lenses)
+    return frozenset(number for number in scene.needs.lenses if number < count)
 
 
 def _reach(scene: Scene, rays_given: bool) -> dict[int, str]:
@@ -105,7 +110,8 @@ def _reach(scene: Scene, rays_given: bool) -> dict[int, str]:
     if scene.effects["total_reflection"] == "end":
         return reached(scene, ())
     at_each = (scene, *(scene.layers() if scene.wavelengths else ()))
-    return reached(scene, [i for i in every if any(_reflects(one, [i], rays_given).holds for one in at_each)])
+    reflecting = {i for one in at_each for i in _reflecting(one, every, rays_given)}
+    return reached(scene, reflecting)
 
 
 def _found(finder: _Finder, scene: Scene, lenses: Collection[int], rays_given: bool) -> Finding:
@@ -124,7 +130,7 @@ def needs_of(scene: Scene, *, rays_given: bool = False) -> Needs:
     """Return what a scene's kernel needs, or that of any point of the study that it belongs to."""
     lenses = _reach(scene, rays_given)
     facts = _holding(_findings(scene, lenses, rays_given))
-    return scene.needs | Needs(facts=facts, lenses=frozenset(lenses))
+    return Needs(facts=scene.needs.facts | facts, lenses=_needed(scene) | frozenset(lenses))
 
 
 def study_needs(study: Study) -> Needs:
@@ -199,11 +205,22 @@ def _absorbs(scene: Scene, lenses: Collection[int], _: bool) -> Finding:
 
 
 def _any(scene: Scene, lenses: Collection[int], has: Callable[[Lens], bool], what: str, none: str) -> Finding:
-    for number in lenses:
-        if has(scene.lenses[number]):
-            return Finding(holds=True, why=f"{scene.lens_key(number)} {what}")
-    beyond = [scene.lens_key(number) for number, lens in enumerate(scene.lenses) if has(lens)]
+    for group, _ in _by_table(scene, lenses):
+        if has(group.lens):
+            return Finding(holds=True, why=f"{scene.table_key(group)} {what}")
+    beyond = [scene.table_key(group) for group in scene.lenses.groups if has(group.lens)]
     return Finding(holds=False, why=f"no ray gets to {' or '.join(beyond)}" if beyond else none)
+
+
+def _by_table(scene: Scene, lenses: Collection[int]) -> Iterator[tuple[Group, Collection[int]]]:
+    """Yield each table that some lenses are of, with their numbers."""
+    if len(lenses) == len(scene.lenses):
+        yield from ((group, group.numbers) for group in scene.lenses.groups)
+        return
+    numbers: dict[int, list[int]] = {}
+    for number in sorted(lenses):
+        numbers.setdefault(scene.lenses.group_of(number).first, []).append(number)
+    yield from ((scene.lenses.group_of(first), some) for first, some in numbers.items())
 
 
 def _reflects(scene: Scene, lenses: Collection[int], rays_given: bool) -> Finding:
@@ -211,42 +228,53 @@ def _reflects(scene: Scene, lenses: Collection[int], rays_given: bool) -> Findin
     if scene.numerics.snell == "paraxial":
         return Finding(holds=False, why="the paraxial rule never reflects totally")
     if touching(scene.lenses, lenses):
-        alike = len({scene.n_medium, *(scene.lenses[number].n for number in lenses)}) == 1
+        alike = len({scene.n_medium, *(group.lens.n for group, _ in _by_table(scene, lenses))}) == 1
         why = "all indices are the same" if alike else "solids may touch or overlap, of unlike index"
         return Finding(holds=not alike, why=why)
     reasons: list[str] = []
-    for number in lenses:
-        lens, key = scene.lenses[number], scene.lens_key(number)
-        if scene.blocks(number):
-            reasons.append(f"{key} is opaque")
-        elif lens.n == scene.n_medium:
-            reasons.append(f"{key} has the index around it")
-        elif lens.n < scene.n_medium:
-            return Finding(holds=True, why=f"rays enter {key} to a lower index")
-        elif not _is_sphere(lens):
-            return Finding(holds=True, why=f"rays leave {key} to a lower index, and no bound on their angles is known")
-        elif rays_given or _may_start_in(scene, number):
-            return Finding(holds=True, why=f"rays leave {key} to a lower index that may start within it")
-        else:
-            reasons.append(f"rays leave the sphere {key} at the angle at which they have entered it")
+    starts = _starts(scene, rays_given)
+    for group, numbers in _by_table(scene, lenses):
+        one = _reflects_in(scene, group, rays_given or not starts.isdisjoint(numbers))
+        if one.holds:
+            return one
+        reasons.append(one.why)
     return Finding(holds=False, why="; ".join(dict.fromkeys(reasons)))
 
 
-def _is_sphere(lens: Lens) -> bool:
-    """Say whether a lens is a sphere: every chord of it makes the same angle with both normals."""
-    if lens.formula not in ("sphere", "ball", "ellipsoid"):
-        return False
-    axes = [lens.values.get(name, 1.0) for name in "abc"]  # an ellipsoid's
-    sizes = np.abs(np.multiply(axes, lens.stretch))
-    return bool(np.ptp(sizes) <= _ROUNDINGS * sizes.max())
+def _reflecting(scene: Scene, lenses: Collection[int], rays_given: bool) -> Iterator[int]:
+    """Yield the lenses, of solids that are apart, in which a ray may be reflected totally."""
+    if scene.numerics.snell == "paraxial":
+        return
+    starts = _starts(scene, rays_given)
+    for group, numbers in _by_table(scene, lenses):
+        if _reflects_in(scene, group, rays_given).holds:
+            yield from numbers
+        elif (within := starts.intersection(numbers)) and _reflects_in(scene, group, True).holds:
+            yield from within
 
 
-def _may_start_in(scene: Scene, lens: int) -> bool:
-    if scene.source.at is None:  # parallel light starts before every lens
-        return False
-    alone = replace(scene, lenses=(scene.lenses[lens],))
-    inside, on = locate(alone, np.array([scene.source.at], dtype=np.float64))
-    return bool(inside[0] >= 0 or on[0] >= 0)
+def _reflects_in(scene: Scene, group: Group, may_start: bool) -> Finding:
+    """Return whether the surface of a lens may reflect totally; `may_start`: rays may start in it, too."""
+    lens, key = group.lens, scene.table_key(group)
+    if scene.stops_light(group):
+        return Finding(holds=False, why=f"{key} is opaque")
+    if lens.n == scene.n_medium:
+        return Finding(holds=False, why=f"{key} has the index around it")
+    if lens.n < scene.n_medium:
+        return Finding(holds=True, why=f"rays enter {key} to a lower index")
+    if not is_sphere(lens):
+        return Finding(holds=True, why=f"rays leave {key} to a lower index, and no bound on their angles is known")
+    if may_start:
+        return Finding(holds=True, why=f"rays leave {key} to a lower index that may start within it")
+    return Finding(holds=False, why=f"rays leave the sphere {key} at the angle at which they have entered it")
+
+
+def _starts(scene: Scene, rays_given: bool) -> set[int]:
+    """Return the lenses that the film's rays may start in; parallel light starts before every lens."""
+    if scene.source.at is None or rays_given:
+        return set()
+    inside, on = holding(scene, scene.source.at)
+    return {*inside, *on}
 
 
 def _shows_the_picture(scene: Scene, *_: object) -> Finding:
@@ -270,23 +298,19 @@ def stopping(scene: Scene) -> Finding:
         If it lies on or in a solid, and was told not to.
     """
     asked, picture = scene.picture.stops, scene.picture
-    on = [
-        scene.lens_key(number)
-        for number, lens in enumerate(scene.lenses)
-        if reaches(lens, picture.corner, picture.right, picture.down)
-    ]
     if asked is True:
         return Finding(holds=True, why="picture.stops is true")
-    if not on:
+    on = next((scene.lens_key(number) for number in reaching(scene.lenses, picture)), None)
+    if on is None:
         return Finding(holds=False, why="picture.stops is false" if asked is False else "no solid reaches the picture")
     if asked is False:
         raise StudyError(
             [
-                f"picture.stops: the picture may lie on or in {on[0]}, where a last straight leg has no meaning; "
+                f"picture.stops: the picture may lie on or in {on}, where a last straight leg has no meaning; "
                 'use "auto" or true, or move one away'
             ]
         )
-    return Finding(holds=True, why=f"{on[0]} may reach the picture")
+    return Finding(holds=True, why=f"{on} may reach the picture")
 
 
 def _nested(scene: Scene, lenses: Collection[int], _: bool) -> Finding:
@@ -294,7 +318,9 @@ def _nested(scene: Scene, lenses: Collection[int], _: bool) -> Finding:
     if not pairs:
         return Finding(holds=False, why="all solids are proved apart" if len(lenses) > 1 else "there is one solid")
     named = [f"{scene.lens_key(first)} and {scene.lens_key(second)}" for first, second in pairs[:_NAMED]]
-    if more := len(pairs) - len(named):
+    if len(pairs) == MOST_PAIRS:
+        named.append("very many more pairs")
+    elif more := len(pairs) - len(named):
         named.append(f"{more} more pair{'s' if more > 1 else ''}")
     return Finding(holds=True, why=f"not proved apart: {', '.join(named)}")
 

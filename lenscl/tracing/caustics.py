@@ -315,7 +315,7 @@ def _points(scene: Scene, at: Array) -> Array:
 
 def _may_meet_more(scene: Scene) -> bool:
     """Say whether light that a lens has bent may meet another one, or the same one again."""
-    is_bent = any(not scene.blocks(number) for number in range(len(scene.lenses)))
+    is_bent = not all(map(scene.stops_light, scene.lenses.groups))
     return is_bent and (len(scene.lenses) > 1 or not scene.lenses[0].surface.is_convex)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lenscl.config import Scene
 from lenscl.errors import StudyError
-from lenscl.tracing.placement import Placement
+from lenscl.tracing.boxes import world_boxes
 
 MOST_COLOURS = 24  # bits of a set: a whole number that single precision holds
 _MARGIN = 1e-6  # of the lengths at hand, by which boxes have to be apart: far more than single precision rounds
@@ -30,8 +30,7 @@ def colours_of(scene: Scene) -> tuple[int, ...]:
     StudyError
         If there are more than a set holds.
     """
-    corners = np.stack([Placement.of(lens).corners() for lens in scene.lenses])
-    low, high = corners.min(axis=1), corners.max(axis=1)
+    low, high = world_boxes(scene.lenses)
     colours = _coloured(low.tobytes(), high.tobytes())
     if max(colours) >= MOST_COLOURS:
         raise StudyError(

@@ -107,7 +107,8 @@ def parallel_source(scene: Scene) -> tuple[NDArray[np.float64], float]:
 def _extent(scene: Scene) -> NDArray[np.float64]:
     """Return points, shape (N, 3), whose convex hull holds film, picture and every lens."""
     screens = [_screen_corners(screen) for screen in (scene.film, scene.picture)]
-    return np.concatenate([*screens, *(Placement.of(lens).corners() for lens in scene.lenses)])
+    boxes = (group.centres[:, None] + Placement.of(group.lens.solid).corners() for group in scene.lenses.groups)
+    return np.concatenate([*screens, *(box.reshape(-1, 3) for box in boxes)])
 
 
 def _screen_corners(screen: Film | Picture) -> NDArray[np.float64]:

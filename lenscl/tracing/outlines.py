@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.config import Lens, Scene
+from lenscl.config import Group, Lens, Scene
 from lenscl.expr import Expr, bounds, build, gradient, jumps, symbol
 from lenscl.expr.graph import walk
 from lenscl.tracing.numbers import parallel_source
@@ -36,6 +36,7 @@ _ROUNDING = 2.0**-45  # relative, of places in a lens's own space
 _TINY = 1e-9  # of a lens's box: a part that is still wide surrounds the source
 _NEAR = 1e-9  # of the film's distance: nearer to the source a place has no direction to speak of
 _CORNERS = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)]) * 2.0 - 1.0
+_OF_PARTS = ("middles", "halves", "origin", "way")
 _WAY = ("way_x", "way_y", "way_z")  # direction of the rays at x, y, z, in the lens's own space
 
 Array = NDArray[np.float64]
@@ -44,16 +45,22 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True)
 class _Parts:
-    """Parts of a lens's box in which its outline may lie: middles and half sides in its own space, shape (N, 3)."""
+    """Parts of the boxes of a lens, or of an array's, in which outlines may lie; arrays of N parts, shape (N, 3).
+
+    A place in the lens's own space is taken to columns, rows and distance, all by that, by `onto`, shape (3, 3), and by
+    adding `origin`. The direction of rays there is `way`, and changes with the place by `turns`, shape (3,).
+    """
 
     lens: Lens
     placement: Placement
     slope: Expr | None  # along a ray; None where it says nothing
-    onto: Array  # shape (3, 4): from a place in the lens's own space and 1 to columns, rows and distance, all by that
-    source: tuple[Array, Array]  # in the lens's own space the direction of rays at 0, and how it changes with the place
+    onto: Array
+    turns: Array
     operations: int  # of bounds on a part
     middles: Array
     halves: Array
+    origin: Array
+    way: Array
 
     @property
     def some(self) -> Iterator[_Parts]:
@@ -63,22 +70,23 @@ class _Parts:
 
     def of(self, some: Any) -> _Parts:
         """Return some of them."""
-        return replace(self, middles=self.middles[some], halves=self.halves[some])
+        return replace(self, **{name: getattr(self, name)[some] for name in _OF_PARTS})
 
     def bisected(self) -> _Parts:
         """Return each of them cut in two across its longest side."""
         axis = (self.halves * np.linalg.norm(self.placement.to_world, axis=0)).argmax(axis=1)
         step = np.where(np.arange(3) == axis[:, None], self.halves / 2.0, 0.0)
         middles, halves = np.concatenate([self.middles - step, self.middles + step]), self.halves - step
-        return replace(self, middles=middles, halves=np.concatenate([halves, halves]))
+        origin, way = (np.concatenate([each, each]) for each in (self.origin, self.way))
+        return replace(self, middles=middles, halves=np.concatenate([halves, halves]), origin=origin, way=way)
 
     def on_film(self, film: tuple[int, int]) -> tuple[Array, Array, Mask]:
         """Return the least and the largest (column, row) that they cover, and whether rays of the film may meet them.
 
         A part that reaches the source's distance may cover any place of the film.
         """
-        linear, size = self.onto[:, :3], np.array(film, dtype=np.float64)
-        middles, halves = self.middles @ linear.T + self.onto[:, 3], self.halves[:, None] * linear
+        size = np.array(film, dtype=np.float64)
+        middles, halves = self.middles @ self.onto.T + self.origin, self.halves[:, None] * self.onto
         corners = np.stack([middles + halves @ signs for signs in _CORNERS])
         places, ahead = corners[..., :2], corners[..., 2:]
         nearest, farthest = ahead.min(axis=0), ahead.max(axis=0)
@@ -105,9 +113,8 @@ class _Parts:
         keeps: Mask = (low <= 0.0) & (high >= 0.0)
         if self.slope is None:
             return keeps
-        fixed, turns = self.source
-        way = fixed + turns * self.middles
-        wide = turns * halves + _ROUNDING * (np.abs(fixed) + np.abs(way))
+        way = self.way + self.turns * self.middles
+        wide = self.turns * halves + _ROUNDING * (np.abs(self.way) + np.abs(way))
         ranges |= {name: (way[:, i] - wide[:, i], way[:, i] + wide[:, i]) for i, name in enumerate(_WAY)}
         ranges = {name: tuple(each[keeps] if np.ndim(each) else each for each in pair) for name, pair in ranges.items()}
         low, high = bounds(self.slope, ranges)
@@ -136,7 +143,7 @@ class Outlines:
     def pixels(self) -> Mask:
         """Return which film pixels may have an outline in them, shape (rows, columns)."""
         if self._grid is None:
-            self._parts = [_kept(_whole(self._scene, lens), self.size) for lens in self._scene.lenses]
+            self._parts = [_kept(_whole(self._scene, group), self.size) for group in self._scene.lenses.groups]
             self._part(1.0)
             self.finest = 1.0
             columns, rows = self.size
@@ -211,25 +218,29 @@ class Outlines:
         return True
 
 
-def _whole(scene: Scene, lens: Lens) -> _Parts:
-    """Return the box of a lens as one part."""
-    placement, surface, film = Placement.of(lens), lens.surface.expression, scene.film
+def _whole(scene: Scene, group: Group) -> _Parts:
+    """Return the boxes of all copies of a lens, each as one part."""
+    lens, film = group.lens, scene.film
+    placement, surface = Placement.of(lens.solid), lens.surface.expression
     ways = [build("*", slope, symbol(way)) for slope, way in zip(gradient(surface), _WAY, strict=True)]
     slope = None if jumps(surface) else build("+", build("+", ways[0], ways[1]), ways[2])
     corner = np.asarray(film.corner, dtype=np.float64)
     if scene.source.at is None:
         direction, _ = parallel_source(scene)
-        start, third, source = corner, direction, (placement.to_local @ direction, np.zeros(3))
+        start, third, turns = corner, direction, np.zeros(3)
+        way = np.broadcast_to(placement.to_local @ direction, (len(group), 3))
     else:
         start = np.asarray(scene.source.at, dtype=np.float64)
-        third, source = corner - start, (-placement.local(start), np.ones(3))
+        third, turns, way = corner - start, np.ones(3), -placement.local(start - group.centres)
     spans = np.stack([np.asarray(film.right) / film.columns, np.asarray(film.down) / film.rows, third], axis=1)
-    onto = np.linalg.inv(spans) @ np.concatenate([placement.to_world, (placement.centre - start)[:, None]], axis=1)
+    inverse = np.linalg.inv(spans)
+    onto, origin = inverse @ placement.to_world, (group.centres - start) @ inverse.T
     if scene.source.at is None:
-        onto[2] = (0.0, 0.0, 0.0, 1.0)
+        onto[2], origin[:, 2] = 0.0, 1.0
     low, high = placement.box
     operations = sum(1 for _ in walk([surface] if slope is None else [surface, slope]))
-    return _Parts(lens, placement, slope, onto, source, operations, (low + high)[None] / 2, (high - low)[None] / 2)
+    middles, halves = (np.tile(each, (len(group), 1)) for each in ((low + high) / 2, (high - low) / 2))
+    return _Parts(lens, placement, slope, onto, turns, operations, middles, halves, origin, way)
 
 
 def _kept(parts: _Parts, film: tuple[int, int]) -> _Parts:
@@ -251,5 +262,5 @@ def _is_wider(parts: _Parts, size: float, film: tuple[int, int]) -> Mask:
 
 
 def _together(parts: Sequence[_Parts]) -> _Parts:
-    middles, halves = (np.concatenate([getattr(each, name) for each in parts]) for name in ("middles", "halves"))
-    return replace(parts[0], middles=middles, halves=halves)
+    joined: dict[str, Any] = {name: np.concatenate([getattr(each, name) for each in parts]) for name in _OF_PARTS}
+    return replace(parts[0], **joined)

@@ -11,17 +11,18 @@ Whatever else bends rays may send them anywhere, and then no lens is left out.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from math import acos, inf, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.config import Scene
+from lenscl.config import Group, Lenses, Scene
 from lenscl.tracing.placement import Placement
 
 _CLEARANCE = 1e-5  # of the lengths at hand, or radians: single precision takes a ray astray by less
 _MOST_STEPS = 1024  # from lens to lens; rays that may go on farther are taken to go anywhere
+_MOST_LOOKS = 2**24  # at a lens from another: of very many lenses fewer steps are taken
 
 Array = NDArray[np.float64]
 
@@ -32,34 +33,29 @@ def reached(scene: Scene, reflecting: Collection[int]) -> dict[int, str]:
     Parameters
     ----------
     scene : Scene
-    reflecting : collection of int
+    reflecting : set of int
         The lenses in which a ray may be reflected totally and go on.
     """
-    corners = [Placement.of(lens).corners() for lens in scene.lenses]
-    planes = _planes(scene)
-    found = {
-        number: "rays of the film pass through its box"
-        for number, box in enumerate(corners)
-        if planes is None or not _is_outside(box, *planes)
-    }
+    count = len(scene.lenses)
+    found = dict.fromkeys(np.flatnonzero(~out_of_view(scene)).tolist(), "rays of the film pass through its box")
     if not found:  # as it stands the kernel serves the scene's next version, too; a shorter one is not worth building
-        return dict.fromkeys(range(len(corners)), "no ray of the film gets to a lens; a kernel has one at least")
-    if len(found) == len(corners):
+        return dict.fromkeys(range(count), "no ray of the film gets to a lens; a kernel has one at least")
+    if len(found) == count:
         return found
 
     # Follow the cones of directions from lens to lens until none grows
     axis, widest = _directions(scene)
     layers = scene.layers()
-    centres = np.array([box.mean(axis=0) for box in corners])
-    radii = np.array([np.linalg.norm(box - box.mean(axis=0), axis=1).max() for box in corners])
-    angles = np.full(len(corners), -1.0)  # with the axis, of rays that arrive at a lens; -1 where none do
+    centres, radii = _balls(scene.lenses)
+    angles = np.full(count, -1.0)  # with the axis, of rays that arrive at a lens; -1 where none do
     angles[list(found)] = widest
-    queue, steps = list(found), 0
-    while queue:
+    queue, steps, most = list(found), 0, min(_MOST_STEPS, max(1, _MOST_LOOKS // count))
+    turns = _deviations(scene, layers, reflecting)
+    while queue and len(found) < count:
         i, steps = queue.pop(), steps + 1
-        if scene.blocks(i) or all(layer.lenses[i].n == layer.n_medium for layer in layers):
+        if i not in turns:
             continue
-        leaves = min(pi, angles[i] + _deviation(scene, layers, i, reflecting)) if steps < _MOST_STEPS else pi
+        leaves = min(pi, angles[i] + turns[i]) if steps < most else pi
         seen = (angles < leaves) & (_least_angles(centres - centres[i], radii + radii[i], axis) <= leaves + _CLEARANCE)
         seen[i] = False
         angles[seen] = leaves
@@ -67,6 +63,12 @@ def reached(scene: Scene, reflecting: Collection[int]) -> dict[int, str]:
             found.setdefault(j, f"rays that {scene.lens_key(i)} has bent may meet it")
             queue.append(j)
     return found
+
+
+def out_of_view(scene: Scene) -> NDArray[np.bool_]:
+    """Say of each lens whether it is proved that no straight ray of the film passes through its box; shape (N,)."""
+    planes = _planes(scene)
+    return np.zeros(len(scene.lenses), dtype=bool) if planes is None else _are_outside(scene.lenses, *planes)
 
 
 def _least_angles(apart: Array, reach: Array, axis: Array) -> Array:
@@ -82,12 +84,35 @@ def _least_angles(apart: Array, reach: Array, axis: Array) -> Array:
     return np.where(is_apart, off, -1.0)
 
 
-def _deviation(scene: Scene, layers: Sequence[Scene], number: int, reflecting: Collection[int]) -> float:
-    """Return by how much a lens may turn a ray at most, in radians; inf where that is not bounded."""
-    if number in reflecting or scene.numerics.snell != "exact" or not scene.lenses[number].surface.is_convex:
-        return inf
-    ratios = [layer.lenses[number].n / layer.n_medium for layer in layers]
-    return 2.0 * max(acos(min(ratio, 1.0 / ratio)) for ratio in ratios)
+def _balls(lenses: Lenses) -> tuple[Array, Array]:
+    """Return the middles of all lenses' boxes, shape (N, 3), and the radii of the balls about them, shape (N,)."""
+    middles, radii = np.empty((len(lenses), 3)), np.empty(len(lenses))
+    for group, corners, part in _corners(lenses):
+        middles[part] = group.centres + corners.mean(axis=0)
+        radii[part] = np.linalg.norm(corners - corners.mean(axis=0), axis=1).max()
+    return middles, radii
+
+
+def _corners(lenses: Lenses) -> Iterator[tuple[Group, Array, slice]]:
+    """Yield each table with the corners of its box, shape (8, 3), at the origin, and where its lenses are."""
+    for group in lenses.groups:
+        yield group, Placement.of(group.lens.solid).corners(), slice(group.first, group.first + len(group))
+
+
+def _deviations(scene: Scene, layers: Sequence[Scene], reflecting: Collection[int]) -> dict[int, float]:
+    """Return by how much lenses may turn a ray at most, by number, in radians; those that turn none are left out.
+
+    It is inf where that is not bounded.
+    """
+    found: dict[int, float] = {}
+    for number, group in enumerate(scene.lenses.groups):
+        ratios = [layer.lenses.groups[number].lens.n / layer.n_medium for layer in layers]
+        if scene.stops_light(group) or all(ratio == 1.0 for ratio in ratios):
+            continue
+        is_bounded = scene.numerics.snell == "exact" and group.lens.surface.is_convex
+        turn = 2.0 * max(acos(min(ratio, 1.0 / ratio)) for ratio in ratios) if is_bounded else inf
+        found |= {one: inf if one in reflecting else turn for one in group.numbers}
+    return found
 
 
 def _planes(scene: Scene) -> tuple[Array, Array] | None:
@@ -121,12 +146,15 @@ def _film(scene: Scene) -> tuple[Array, Array, Array]:
     return corner, right, down
 
 
-def _is_outside(box: Array, points: Array, normals: Array) -> bool:
-    """Say whether a box's corners, shape (8, 3), lie beyond one of the planes all together."""
-    from_plane = box[:, None] - points
-    heights = (from_plane * normals).sum(axis=-1)
-    sizes = np.linalg.norm(from_plane, axis=-1)
-    return bool((heights < -_CLEARANCE * sizes.max(axis=0)).all(axis=0).any())
+def _are_outside(lenses: Lenses, points: Array, normals: Array) -> NDArray[np.bool_]:
+    """Say of each lens whether its box's corners lie beyond one of the planes all together; shape (N,)."""
+    outside = np.zeros(len(lenses), dtype=bool)
+    for group, corners, part in _corners(lenses):
+        for point, normal in zip(points, normals, strict=True):
+            from_plane = (group.centres - point)[:, None] + corners
+            heights, sizes = from_plane @ normal, np.linalg.norm(from_plane, axis=-1)
+            outside[part] |= (heights < -_CLEARANCE * sizes.max(axis=1)[:, None]).all(axis=1)
+    return outside
 
 
 def _directions(scene: Scene) -> tuple[Array, float]:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.config import Lens, Scene
+from lenscl.config import Group, Lens, Scene
 from lenscl.expr import bounds, evaluate, evaluate_with_error, gradient
+from lenscl.tracing.boxes import near_points, pairs_by_table
 from lenscl.tracing.placement import Placement
 
 _NOWHERE = -1
 _BITS = 62  # of a set of lenses in an array of numbers; larger sets are whole numbers of Python
+_AT_ONCE = 2**20  # pairs of a point and a lens that are evaluated together
 _WIDER = 64  # times the box that a point may be moved in: over that F's bounds are as much wider, where F is smooth
 _PLACING_ROUNDINGS = 8  # in (p - centre) to local: one subtraction, three products, two sums, and the map's own
 
@@ -35,12 +38,10 @@ def locate(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[np.int32]
         that. Whether a ray that starts on a surface travels inside is decided by its direction. Where F has no value,
         or none that is known, both are the lens's number: no ray from there is decided.
     """
-    inside = np.full(len(points), _NOWHERE, dtype=np.int32)
-    on = np.full(len(points), _NOWHERE, dtype=np.int32)
-    unknown = on.copy()
-    for number, touches, is_inside, is_unknown in _sides(scene, points):
-        on[touches] = inside[is_inside] = number
-        unknown[is_unknown] = number
+    inside, on, unknown = np.full((3, len(points)), _NOWHERE, dtype=np.int32)
+    for some in _sides(scene, points):
+        for into, which in ((on, some.touches), (inside, some.inside), (unknown, some.untold)):
+            np.maximum.at(into, some.points[which], some.lenses[which].astype(np.int32))
     untold = unknown != _NOWHERE
     inside[untold] = on[untold] = unknown[untold]
     return inside, on
@@ -52,11 +53,13 @@ def locate_sets(scene: Scene, points: NDArray[np.float64]) -> tuple[NDArray[Any]
     A set is a whole number that has a bit for each lens, in the order of priority, lowest first: `Scene.by_priority`.
     Else as for `locate`.
     """
-    inside, on = np.zeros((2, len(points)), dtype=np.int64 if len(scene.lenses) <= _BITS else object)
-    bits = {number: 1 << place for place, number in enumerate(scene.by_priority())}
-    for number, touches, is_inside, is_unknown in _sides(scene, points):
-        on[np.union1d(touches, is_unknown)] |= bits[number]
-        inside[np.union1d(is_inside, is_unknown)] |= bits[number]
+    dtype = np.int64 if len(scene.lenses) <= _BITS else object
+    inside, on = np.zeros((2, len(points)), dtype=dtype)
+    bits = np.zeros(len(scene.lenses), dtype=dtype)
+    bits[list(scene.by_priority())] = [1 << place for place in range(len(bits))]
+    for some in _sides(scene, points):
+        for into, which in ((on, some.touches | some.untold), (inside, some.inside | some.untold)):
+            np.bitwise_or.at(into, some.points[which], bits[some.lenses[which]])
     return inside, on
 
 
@@ -74,49 +77,88 @@ def locate_colours(
     """
     inside, on = np.zeros((2, len(points)), dtype=np.int64)
     solids = np.full((len(points), max(colours) + 1), _NOWHERE, dtype=np.int64)
-    ranks = np.argsort(scene.by_priority())
-    for number, touches, is_inside, is_unknown in _sides(scene, points):
-        colour = colours[number]
-        on[np.union1d(touches, is_unknown)] |= 1 << colour
-        inside[np.union1d(is_inside, is_unknown)] |= 1 << colour
-        solids[np.concatenate([touches, is_inside, is_unknown]), colour] = ranks[number]
+    ranks, of = np.argsort(scene.by_priority()), np.array(colours, dtype=np.int64)
+    for some in _sides(scene, points):
+        bits = 1 << of[some.lenses]
+        for into, which in ((on, some.touches | some.untold), (inside, some.inside | some.untold)):
+            np.bitwise_or.at(into, some.points[which], bits[which])
+        lies = some.touches | some.inside | some.untold
+        solids[some.points[lies], of[some.lenses[lies]]] = ranks[some.lenses[lies]]
     return inside, on, solids
 
 
-def _sides(
-    scene: Scene, points: NDArray[np.float64]
-) -> Iterator[tuple[int, NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]]:
-    """Yield lenses, by number, with the points that lie on each one's surface, inside it, and neither is known of."""
-    for number, lens in enumerate(scene.lenses):
-        placement = Placement.of(lens)
-        local = placement.local(points)
-        near = np.flatnonzero(((local >= placement.box[0]) & (local <= placement.box[1])).all(axis=-1))
-        if near.size == 0:
-            continue
-        values = {**lens.values, **dict(zip("xyz", local[near].T, strict=True))}
-        f, rounding = evaluate_with_error(lens.surface.expression, values)
+def holding(scene: Scene, point: Sequence[float]) -> tuple[list[int], list[int]]:
+    """Return the lenses, by number, that a point of the world lies in, and those on whose surfaces it lies.
 
-        # The local point is itself rounded: add what that does to F
-        reach = (np.abs(points[near]) + np.abs(placement.centre)) @ np.abs(placement.to_local).T
-        moved = _PLACING_ROUNDINGS * np.finfo(np.float64).eps * reach
-        slopes = [evaluate(slope, values) for slope in gradient(lens.surface.expression)]
-        with np.errstate(invalid="ignore", over="ignore"):
-            bound = rounding + sum(np.abs(slope) * moved[:, axis] for axis, slope in enumerate(slopes))
-        bound = np.where(np.isfinite(bound), bound, rounding)
+    Of lenses where neither is known, both lists have the number.
+    """
+    inside, on = set(), set()
+    for some in _sides(scene, np.array([point], dtype=np.float64)):
+        inside.update(some.lenses[some.inside | some.untold].tolist())
+        on.update(some.lenses[some.touches | some.untold].tolist())
+    return sorted(inside), sorted(on)
 
-        touches, is_inside, untold = np.abs(f) <= bound, f < 0.0, np.zeros(0, np.intp)
 
-        # Where F's rounding is not known its bounds about the point may tell the sign: max(known, log(0)) has one. On a
-        # surface they shrink with the box that they are taken over; beside a pole they do not, and nothing is known
-        unsure = np.flatnonzero(np.isinf(rounding))
-        if unsure.size:
-            low, high = _about(lens, local[near[unsure]], moved[unsure])
-            wide_low, wide_high = _about(lens, local[near[unsure]], _WIDER * moved[unsure])
-            touches[unsure], is_inside[unsure] = (low <= 0.0) & (high >= 0.0), high < 0.0
-            with np.errstate(invalid="ignore"):
-                shrinks = high - low <= (wide_high - wide_low) / np.sqrt(_WIDER)
-            untold = unsure[touches[unsure] & (np.isnan(f[unsure]) | np.isinf(low) | np.isinf(high) | ~shrinks)]
-        yield number, near[touches], near[is_inside & ~touches], near[untold]
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sides:
+    """On which side of lenses some points lie; arrays of as many pairs of a point and a lens, shape (K,).
+
+    Attributes
+    ----------
+    points, lenses : int array
+        Numbers of both.
+    touches, inside, untold : bool array
+        Whether the point is on the surface, inside and not on it, or neither is known.
+    """
+
+    points: NDArray[np.intp]
+    lenses: NDArray[np.intp]
+    touches: NDArray[np.bool_]
+    inside: NDArray[np.bool_]
+    untold: NDArray[np.bool_]
+
+
+def _sides(scene: Scene, points: NDArray[np.float64]) -> Iterator[_Sides]:
+    """Yield, table by table, the sides of all lenses in whose boxes points lie."""
+    for group, at, numbers in pairs_by_table(scene.lenses, *near_points(scene.lenses, points)):
+        for first in range(0, len(at), _AT_ONCE):
+            part = slice(first, first + _AT_ONCE)
+            yield _sides_of(group, points, at[part], numbers[part])
+
+
+def _sides_of(group: Group, points: NDArray[np.float64], at: NDArray[np.intp], numbers: NDArray[np.intp]) -> _Sides:
+    """Return the sides of copies of a lens that points lie on, of those pairs of which the point is in the box."""
+    lens, placement = group.lens, Placement.of(group.lens)
+    centres = group.centres[numbers - group.first]
+    local = np.einsum("...j,ij->...i", points[at] - centres, placement.to_local)
+    near = np.flatnonzero(((local >= placement.box[0]) & (local <= placement.box[1])).all(axis=-1))
+    at, numbers, local, centres = at[near], numbers[near], local[near], centres[near]
+    if near.size == 0:
+        none = np.zeros(0, dtype=bool)
+        return _Sides(at, numbers, none, none, none)
+    values = {**lens.values, **dict(zip("xyz", local.T, strict=True))}
+    f, rounding = (np.broadcast_to(each, len(at)) for each in evaluate_with_error(lens.surface.expression, values))
+
+    # The local point is itself rounded: add what that does to F
+    reach = (np.abs(points[at]) + np.abs(centres)) @ np.abs(placement.to_local).T
+    moved = _PLACING_ROUNDINGS * np.finfo(np.float64).eps * reach
+    slopes = [evaluate(slope, values) for slope in gradient(lens.surface.expression)]
+    with np.errstate(invalid="ignore", over="ignore"):
+        bound = rounding + sum(np.abs(slope) * moved[:, axis] for axis, slope in enumerate(slopes))
+    bound = np.where(np.isfinite(bound), bound, rounding)
+    touches, is_inside, untold = np.abs(f) <= bound, f < 0.0, np.zeros(len(at), dtype=bool)
+
+    # Where F's rounding is not known its bounds about the point may tell the sign: max(known, log(0)) has one. On a
+    # surface they shrink with the box that they are taken over; beside a pole they do not, and nothing is known
+    unsure = np.flatnonzero(np.isinf(rounding))
+    if unsure.size:
+        low, high = _about(lens, local[unsure], moved[unsure])
+        wide_low, wide_high = _about(lens, local[unsure], _WIDER * moved[unsure])
+        touches[unsure], is_inside[unsure] = (low <= 0.0) & (high >= 0.0), high < 0.0
+        with np.errstate(invalid="ignore"):
+            shrinks = high - low <= (wide_high - wide_low) / np.sqrt(_WIDER)
+        untold[unsure] = touches[unsure] & (np.isnan(f[unsure]) | np.isinf(low) | np.isinf(high) | ~shrinks)
+    return _Sides(at, numbers, touches, is_inside & ~touches, untold)
 
 
 def _about(

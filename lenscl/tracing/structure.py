@@ -32,8 +32,10 @@ def methods_of(scene: Scene) -> tuple[Method, ...]:
     StudyError
         If the one asked for does not serve a lens.
     """
-    wanted, chosen, problems = scene.numerics.method, [], []
-    for number, lens in enumerate(scene.lenses):
+    wanted, problems = scene.numerics.method, []
+    chosen: list[Method] = []
+    for table, group in enumerate(scene.lenses.groups):
+        lens = group.lens
         is_polynomial = lens.surface.sign_polynomial(lens.values) is not None
         method = methods.choose(
             wanted,
@@ -42,7 +44,7 @@ def methods_of(scene: Scene) -> tuple[Method, ...]:
             is_joined=bool(lens.surface.polynomial_leaves),
         )
         if method is None:
-            which = f'lens "{lens.name}"' if lens.name else f"lens[{number}]"
+            which = f'lens "{lens.name}"' if lens.name else f"lens[{table}]"
             asked = methods.METHODS[wanted]
             what = "convex polyhedra" if asked.wants_planes else "polynomials"
             what = "max and min of polynomials" if asked.wants_leaves else what
@@ -51,7 +53,7 @@ def methods_of(scene: Scene) -> tuple[Method, ...]:
                 'with these parameters; use "auto"'
             )
         else:
-            chosen.append(method)
+            chosen += [method] * len(group)
     if problems:
         raise StudyError(problems)
     return tuple(chosen)
@@ -83,7 +85,7 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
     nests = scene.by_priority() if NESTED in needs.facts or stops else ()
     tabled = len(nests) > MOST_NESTED if nests else len(reached) > MOST_WRITTEN
     return Structure(
-        lenses={number: scene.lenses[number].surface for number in reached},
+        lenses={number: scene.lenses.group_of(number).lens.surface for number in reached},
         rays=rays,
         ends=ends,
         methods={number: searched[number] for number in reached},
@@ -105,7 +107,8 @@ def check_steps(scene: Scene, structure: Structure) -> None:
     """Refuse a step so small that `march` would never come home."""
     if "step" not in structure.reads():
         return
-    diagonal = max(Placement.of(scene.lenses[number]).diagonal() for number in structure.lenses)
+    tables = {group.first: group for group in map(scene.lenses.group_of, structure.lenses)}
+    diagonal = max(Placement.of(group.lens).diagonal() for group in tables.values())
     if diagonal > _MARCH_STEPS * scene.numerics.step:
         raise StudyError(
             [

@@ -211,7 +211,7 @@ def test_derivatives_of_a_path_are_those_of_difference_quotients(lenses) -> None
     found = judge.paths(points, units)
     rays = np.flatnonzero(np.isin(found.status, (0, 1)))
     nothing = np.zeros((3, len(rays)))
-    way = carried._Way(scene, [meeting.Glass(scene, i) for i in range(len(lenses))], points[rays].T, units[rays].T,
+    way = carried._Way(scene, meeting.Glasses(scene), points[rays].T, units[rays].T,
                        nothing, nothing)  # fmt: skip
     for each in judge.meetings(points, units, found, rays):
         at = np.searchsorted(rays, each.rays)

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from lenscl.cli.explain_study import _always
+from lenscl.config import scene_from_toml
+
 SCREENS = """
 source = { kind = "point", at = [0.0, 0.0, 4.0] }
 film = { centre = [0.0, 0.0, 2.5], right = [1.0, 0.0, 0.0], down = [0.0, -1.0, 0.0], size = [16, 16] }
@@ -116,3 +119,16 @@ n = 1.5
     (line,) = (line for line in text.splitlines() if line.startswith("total_reflection"))
     assert line.split()[1:3] == ["in" if is_in else "out", "derived"]
     assert ("at the angle at which they have entered it" in line) != is_in
+
+
+def test_an_array_is_one_row_with_its_count() -> None:
+    places = [[0.5 * x, 0.5 * y, 0.0] for x in range(-10, 10) for y in range(-10, 10)]
+    lens = f"[[lens]]\nname = 'balls'\nsurface = 'ball'\ndiameter = 0.3\nn = 1.5\nat = {places}\n"
+    scene = scene_from_toml(SCREENS + lens)
+    found = {name: (is_in, why) for name, is_in, *_, why in _always(scene)}
+    assert len([name for name in found if name.startswith("lens")]) == 1
+    is_in, why = found["lens.balls"]
+    assert is_in
+    assert " of its 400 places are reached, the first because rays " in why
+    behind = scene.replace({"lens.balls.at": [[0.0, 0.0, 100.0], [0.0, 0.0, 0.0]]})
+    assert {name: why for name, *_, why in _always(behind)}["lens.balls"].startswith("1 of its 2 places are reached")

@@ -312,7 +312,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
     large = tmp_path / "large.toml"
     with open(large, "wb") as file:
         file.truncate(50_000_000)
-    assert problem(large) == f"{large}: is larger than 1000000 bytes; a study file is not"
+    assert problem(large) == f"{large}: is larger than 10000000 bytes; a study file is not"
     text = tmp_path / "text.toml"
     text.write_text("title = ")
     assert problem(text).startswith(f"{text}: is not TOML: ")

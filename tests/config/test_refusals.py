@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from lenscl.config import build, scene_from_toml, study_from_toml
+from lenscl.config import scene_from_toml, study_from_toml
 from lenscl.errors import StudyError
 
 # what to replace in the valid study, by what, and the whole problem that must be reported
@@ -151,8 +151,8 @@ RULES = [
     (
         "R = 0.7",
         "Q = 0.7",
-        "lens.Q: unknown key; known are R, r, name, surface, bounds, centre, stretch, rotate, n, absorption, absorbs, "
-        "priority",
+        "lens.Q: unknown key; known are R, r, name, surface, bounds, centre, at, stretch, rotate, n, absorption, "
+        "absorbs, priority",
     ),
     ("R = 0.7", "cetre = [0, 0, 1]", 'lens.cetre: unknown key; did you mean "centre"?'),
     ("R = 0.7", 'R = "wide"', 'lens.R: must be a finite number, got "wide"'),
@@ -533,15 +533,15 @@ def test_several_lenses_need_names_that_differ(base, problems):
     assert found == "sweep.axes.lens.r: with several lenses write lens.NAME.r; the names are ring, ball"
 
 
-def test_there_are_so_many_lenses_at_most(base, problems, monkeypatch):
-    monkeypatch.setattr(build, "MOST_LENSES", 127)
-    head, lens = base.split("[[lens]]")
-
-    def text(count: int) -> str:
-        return head + "".join(f"[[lens]]{lens}name = 'lens{i}'\n" for i in range(count))
-
-    assert len(study_from_toml(text(127)).scene.lenses) == 127
-    assert problems(text(128)) == ("lens: at most 127 lenses are supported, got 128; leave some out",)
+def test_there_are_at_most_100000_lenses_with_every_place_counted(base, problems):
+    many = "[" + "[0, 0, 0]," * 99_999 + "]"
+    array = base.replace("n = 1.5", f"n = 1.5\nname = 'many'\nat = {many}")
+    one = '[[lens]]\nsurface = "sphere"\nr = 0.1\nn = 1.5\nname = '
+    assert len(study_from_toml(f"{array}{one}'one'").scene.lenses) == 100_000
+    (found,) = problems(f"{array}{one}'one'\n{one}'two'")
+    assert found == "lens: at most 100000 lenses are supported, every place of an array counted, got 100001"
+    (found,) = problems(array.replace("[[0, 0, 0],", "[[0, 0, 0]," * 1 + "[0, 0, 0]," * 2))
+    assert found == "lens.at: must have at most 100000 places, got 100001; leave some out"
 
 
 def test_a_scene_text_is_refused_as_its_study_is(base):

@@ -145,3 +145,27 @@ def test_nearly_parallel_spans_keep_every_digit_of_their_duals() -> None:
     }
     for name, exact in duals.items():
         np.testing.assert_allclose(numbers[name], [float(x) for x in exact], rtol=1e-15)
+
+
+def test_an_array_is_traced_as_the_same_lenses_written_out() -> None:
+    """Bit for bit, for rays of the film and for rays that start in, on and beside its copies."""
+    places = [[x, y, 0.1 * x] for x in (-0.9, 0.0, 0.9) for y in (-0.45, 0.45)]
+    alike = {"surface": "sphere", "r": 0.4, "n": "BK7", "priority": 1}
+    array = make_scene({**alike, "name": "balls", "at": places}, EGG, film={"size": [60, 60]})
+    written = make_scene(
+        *({**alike, "name": f"ball{i}", "centre": place} for i, place in enumerate(places)),
+        EGG,
+        film={"size": [60, 60]},
+    )
+    assert len(array.lenses) == len(written.lenses) == 7
+    one, other = trace(array), trace(written)
+    assert (one.events >= 2).sum() > 300
+    for name in ("st", "status", "events"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    rng = np.random.default_rng(4)
+    origins = np.concatenate([rng.uniform(-1.2, 1.2, (40, 3)), np.add(places, (0.0, 0.0, 0.4))])
+    directions = rng.normal(size=origins.shape)
+    paths, same = trace_rays(array, origins, directions), trace_rays(written, origins, directions)
+    assert (paths.events > 0).sum() > 5
+    for name in ("origin", "direction", "status", "events"):
+        np.testing.assert_array_equal(getattr(paths, name), getattr(same, name))

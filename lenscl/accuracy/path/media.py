@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.accuracy.selfcheck.hits import Hits, Tolerance, hits_of
-from lenscl.config import Scene
-from lenscl.tracing import locate, locate_sets, touching
+from lenscl.config import Lenses, Scene
+from lenscl.tracing import holding, locate_sets, touching
 
 Array = NDArray[np.float64]
 
@@ -83,7 +83,7 @@ def media_of(scene: Scene, points: Array, directions: Array, end: Array | None, 
     tolerance = Tolerance.of(scene, eps)
     if not touching(scene.lenses, range(len(scene.lenses))):
         return _Apart(hits_of(scene, points[1:], eps, tolerance))
-    alone = [replace(scene, lenses=(lens,)) for lens in scene.lenses]
+    alone = [replace(scene, lenses=Lenses.of([lens])) for lens in scene.lenses]
     each = [hits_of(one, points[1:], eps, Tolerance.of(one, eps)) for one in alone]
     return _Nested(scene, points, directions, end, eps, each)
 
@@ -91,11 +91,11 @@ def media_of(scene: Scene, points: Array, directions: Array, end: Array | None, 
 def starts_in(scene: Scene, start: Array, direction: Array) -> tuple[int, ...]:
     """Return the lenses whose solids a ray starts in, lowest priority first; on a surface, it is in what it enters."""
     eps, found = float(np.finfo(np.float64).eps), []
-    for number in scene.by_priority():
-        alone = replace(scene, lenses=(scene.lenses[number],))
-        inside, on = (int(each[0]) for each in locate(alone, start[None]))
-        is_in = inside >= 0
-        if on >= 0 and not is_in:
+    inside, on = (set(each) for each in holding(scene, start.tolist()))
+    for number in scene.by_priority() if inside or on else ():
+        is_in = number in inside
+        if number in on and not is_in:
+            alone = replace(scene, lenses=Lenses.of([scene.lenses[number]]))
             hits = hits_of(alone, start[None], eps, Tolerance())
             is_in = bool(hits.normal[0, int(np.argmin(hits.turn[0]))] @ direction < 0.0)
         if is_in:

@@ -87,7 +87,7 @@ def arranged(scene: Scene, walk: Walk, eps: float) -> Interfaces:
     is_opaque = blocks(scene, before) | blocks(scene, other)
     tells = (before != UNKNOWN) & (other != UNKNOWN) | is_opaque
     known = walk.finite & (before != UNKNOWN)
-    indices = [scene.n_medium, *(lens.n for lens in scene.lenses)]
+    indices = [scene.n_medium, *(group.lens.n for group in scene.lenses.groups)]
     legs = Clear(
         origin=walk.start[known], direction=walk.before[known], length=walk.length[known], within=before[known],
         allowed=allowed[ray[known]],

@@ -15,13 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lenscl.accuracy.selfcheck.findings import Failure
-from lenscl.accuracy.selfcheck.media import AROUND, UNKNOWN, in_box, media_at, values_of
+from lenscl.accuracy.selfcheck.media import AROUND, NEAR, UNKNOWN, in_box, media_at, values_of
 from lenscl.config import Lens, Scene
 from lenscl.device import Device
 from lenscl.errors import LensclError
-from lenscl.reference import Placement
 from lenscl.status import RayStatus
-from lenscl.tracing import Ends, methods_of
+from lenscl.tracing import Ends, methods_of, near_points, world_boxes
 
 Array = NDArray[np.float64]
 
@@ -84,10 +83,11 @@ def _of_path(
     # A surface point where an expression has no value, and no other lens is met
     if failure.event:
         at = points[failure.event]
-        there = [_values(lens, at[None], eps) for lens in scene.lenses]
+        near = _near(scene, at[None])
+        there = [_values(scene.lenses[number], at[None], eps) for number in near]
         if not any(value[0] <= bound[0] for value, bound in there):
-            for number, (lens, (value, _)) in enumerate(zip(scene.lenses, there, strict=True)):
-                if in_box(lens, at[None])[0] and not np.isfinite(value[0]):
+            for number, (value, _) in zip(near, there, strict=True):
+                if in_box(scene.lenses[number], at[None])[0] and not np.isfinite(value[0]):
                     return "no number", scene.lens_key(number)
 
     # A leg that goes from one medium into another, and no event was made of it
@@ -106,15 +106,24 @@ def _shared(scene: Scene, legs: list[tuple[Array, Array]], eps: float) -> str:
     The place lies in both, or is a surface point that is on both, or on one and in the other.
     """
     way = _samples(legs)
-    values = [_values(lens, way.reshape(-1, 3), eps) for lens in scene.lenses]
+    near = _near(scene, way.reshape(-1, 3))
+    if len(near) < 2:
+        return ""
+    values = [_values(scene.lenses[number], way.reshape(-1, 3), eps) for number in near]
     f, most = (np.stack(each).reshape(len(values), *way.shape[:2]) for each in zip(*values, strict=True))
     holds = f <= most
     holds[:, :, 1:-1] = (f < -most)[:, :, 1:-1]  # the samples at the ends of legs are surface points
     shared = {
-        pair: int((holds[pair[0]] & holds[pair[1]]).sum()) for pair in combinations(range(len(scene.lenses)), 2)
+        pair: int((holds[pair[0]] & holds[pair[1]]).sum()) for pair in combinations(range(len(near)), 2)
     }  # fmt: skip
     pair = max(shared, key=lambda one: shared[one], default=None)
-    return " and ".join(scene.lens_key(number) for number in pair) if pair and shared[pair] else ""
+    return " and ".join(scene.lens_key(near[place]) for place in pair) if pair and shared[pair] else ""
+
+
+def _near(scene: Scene, points: Array) -> list[int]:
+    """Return the lenses, by number, in whose boxes some points may lie."""
+    found: list[int] = np.unique(near_points(scene.lenses, points, NEAR, NEAR)[1]).tolist()
+    return found
 
 
 def _samples(legs: list[tuple[Array, Array]]) -> Array:
@@ -143,10 +152,5 @@ def _legs(failure: Failure, scene: Scene, points: Array, ends: Ends, ray: int) -
 
 def _reach(scene: Scene, origin: Array) -> float:
     """Return a length that leads from a point past every lens."""
-    far = 0.0
-    for lens in scene.lenses:
-        placement = Placement.of(lens)
-        low, high = lens.surface.box(lens.values)
-        corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
-        far = max(far, float(np.linalg.norm(placement.point_to_world(corners) - origin, axis=1).max()))
-    return far
+    low, high = world_boxes(scene.lenses)
+    return float(np.linalg.norm(np.maximum(np.abs(low - origin), np.abs(high - origin)), axis=1).max())

@@ -18,13 +18,15 @@ from lenscl.codegen import faces_of
 from lenscl.config import Lens, Scene
 from lenscl.expr import Expr, evaluate, evaluate_with_error, gradient
 from lenscl.reference import Placement
-from lenscl.tracing import TOLERANCE, methods_of
+from lenscl.tracing import TOLERANCE, methods_of, near_points
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 SAFETY = 3.0  # for constants that are not counted one by one: OpenCL's 2.5 ulp division, the rounding of parameters
 _NEAR = 4.0  # bounds: a face whose value is within so many is one the point may lie on
+_MARGIN = 0.01  # of a box, on all sides: so far from it a point may belong to its lens
+_PLACING = 64.0  # roundings of the lengths at hand: more than `may_hold` allows for, however a lens is turned
 _MOST_TURN = 0.05  # radians: a normal known no better than that says nothing of how a ray bends
 _MOST_MOVED = 0.01  # of the lens's extent on any axis: a point known no better than that says nothing of F
 # kernels/newton.cl goes no further where 64 move^3 <= eps last^2, in lengths of a bracket that is no longer than the
@@ -120,13 +122,14 @@ def candidates(scene: Scene, points: Array, eps: float, tolerance: Tolerance) ->
     among those in whose box it is. A lens of which nothing is known at the point comes behind all that the point lies
     on, and before those that it does not lie on.
     """
-    lenses = [_Placed(number, lens, eps, tolerance) for number, lens in enumerate(scene.lenses)]
-    faces = max(len(lens.leaves) for lens in lenses)
+    near = np.unique(near_points(scene.lenses, points, 2.0 * _MARGIN, _PLACING * eps)[1]).tolist()
+    lenses = [_Placed(number, scene.lenses[number], eps, tolerance) for number in near]
+    faces = max(len(faces_of(group.lens.surface)[1]) for group in scene.lenses.groups)
     n = len(points)
     first, second = _none(n, faces), _none(n, faces)
     ranks = np.full((2, n), np.inf)
     for lens in lenses:
-        at = np.arange(n) if len(lenses) == 1 else np.flatnonzero(lens.may_hold(points))
+        at = np.arange(n) if len(scene.lenses) == 1 else np.flatnonzero(lens.may_hold(points))
         if not at.size:
             continue
         here = lens.hits(points[at])
@@ -214,7 +217,7 @@ class _Placed:
 
     def may_hold(self, points: Array) -> Mask:
         local = self.placement.point_to_local(points)
-        slack = SAFETY * self._rounding(points) + 0.01 * (self.box[1] - self.box[0])
+        slack = SAFETY * self._rounding(points) + _MARGIN * (self.box[1] - self.box[0])
         inside: Mask = np.all((local >= self.box[0] - slack) & (local <= self.box[1] + slack), axis=1)
         return inside
 

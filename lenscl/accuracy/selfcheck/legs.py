@@ -13,6 +13,7 @@ from lenscl.accuracy.selfcheck.media import in_box, ranks
 from lenscl.config import Lens, Picture, Scene
 from lenscl.expr import evaluate_with_error, gradient
 from lenscl.reference import Placement, land
+from lenscl.tracing import near_legs, pairs_by_table
 
 Array = NDArray[np.float64]
 
@@ -21,6 +22,8 @@ _EVENLY = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
 _CLOSE = 0.25 ** np.arange(4, 22)  # of a leg, from its ends
 PARALLEL = 5e-7  # sine between normals; kernels/lens_nested.cl takes surfaces in contact as one up to twice that
 _EDGE = 1e-6  # of the picture: what lands so close to its edge may be on it or beside it
+_ROOM = 1e-3  # of a box: rounding takes no leg so far that enters the solid
+_AT_ONCE = 2**14  # pairs of a leg and a lens
 _ENOUGH = 0.5  # of the samples: where F is known at fewer, nothing is said of a leg
 _EPS = float(np.finfo(np.float64).eps)
 
@@ -154,44 +157,82 @@ def obstacles(scene: Scene, legs: Clear, eps: float, *, nests: bool = False) -> 
     n = len(legs.origin)
     rank = np.append(ranks(scene), -1)  # -1: around all lenses
     share = np.concatenate([_EVENLY, *((_CLOSE, 1.0 - _CLOSE) if nests else ())])
-    samples = len(share)
     depth, bound = np.zeros(n), np.ones(n)
     unknown = np.zeros(n, np.bool_)
-    for number, lens in enumerate(scene.lenses):
-        placement = Placement.of(lens)
-        start, along = placement.point_to_local(legs.origin), placement.vector_to_local(legs.direction)
+    for group, leg, number in pairs_by_table(scene.lenses, *_pairs(scene, legs, nests)):
+        lens, placement = group.lens, Placement.of(group.lens.solid)
+        start = placement.point_to_local(legs.origin[leg] - group.centres[number - group.first])
+        along = placement.vector_to_local(legs.direction[leg])
+        within, length, allowed = legs.within[leg], legs.length[leg], legs.allowed[leg]
         enter, leave = _span(lens, start, along)
-        leave = np.minimum(leave, legs.length)
+        leave = np.minimum(leave, length)
         if nests:
-            stays = legs.within == number
-            enter, leave = np.where(stays, 0.0, enter), np.where(stays, legs.length, leave)
-            looks = (rank[number] >= rank[legs.within]) & (leave > enter)
+            stays = within == number
+            enter, leave = np.where(stays, 0.0, enter), np.where(stays, length, leave)
+            looks = (rank[number] >= rank[within]) & (leave > enter)
         else:
-            looks = ((legs.within == -1) | (legs.within == number)) & (leave > enter)
-        if not looks.any():
-            continue
-        t = enter[:, None] + share * np.where(looks, leave - enter, 0.0)[:, None]
-        points = (start[:, None] + t[:, :, None] * along[:, None]).reshape(-1, 3)
-        values: dict[str, Any] = {**lens.values, **dict(zip("xyz", points.T, strict=True))}
-        f, rounding = (
-            np.broadcast_to(each, len(points)) for each in evaluate_with_error(lens.surface.expression, values)
-        )
-        slopes = [evaluate_with_error(each, values)[0] for each in gradient(lens.surface.expression)]
-        slope = sum(np.abs(np.broadcast_to(each, len(points))) for each in slopes)
-        if nests:  # what is out of its box is out of the solid, by so much
-            f = np.where(
-                in_box(lens, points, is_local=True), f, np.maximum(np.where(np.isfinite(f), np.abs(f), 0.0), slope)
-            )
-        size = np.abs(points).max(axis=1) + np.repeat(np.abs(start).max(axis=1), samples)
-        most = SAFETY * (rounding * eps / _EPS + slope * eps * size) + np.repeat(legs.allowed, samples)
-        wrong = np.maximum(np.where(np.repeat(legs.within == number, samples), f, -f), 0.0)
-        tells = looks.repeat(samples) & np.isfinite(most) & np.isfinite(f)
-        ratio = np.divide(wrong, most, out=np.zeros(len(points)), where=tells & (wrong > 0.0))
-        unknown |= looks & (tells.reshape(-1, samples).mean(axis=1) < _ENOUGH)
-        worst = ratio.reshape(-1, samples).argmax(axis=1) + np.arange(n) * samples
-        deeper = ratio[worst] > depth / bound
-        depth, bound = np.where(deeper, wrong[worst], depth), np.where(deeper, most[worst], bound)
+            looks = ((within == -1) | (within == number)) & (leave > enter)
+        for some in _parts(np.flatnonzero(looks)):
+            deep, most, tells = _deepest(
+                lens, start[some], along[some], enter[some], leave[some], share, allowed[some],
+                within[some] == number[some], eps, nests=nests,
+            )  # fmt: skip
+            at = leg[some]
+            np.logical_or.at(unknown, at, ~tells)
+            # Of the lenses on a leg the one that it goes through deepest, in terms of what rounding allows
+            order = np.lexsort((-np.arange(len(at)), deep / most, at))
+            last = order[np.append(at[order][1:] != at[order][:-1], True)]
+            deeper = deep[last] / most[last] > (depth / bound)[at[last]]
+            depth[at[last[deeper]]], bound[at[last[deeper]]] = deep[last[deeper]], most[last[deeper]]
     return depth, np.where((depth <= bound) & unknown, np.inf, bound)
+
+
+def _pairs(scene: Scene, legs: Clear, nests: bool) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the pairs of a leg and the number of a lens that it may go through, or, where solids nest, lies in."""
+    leg, number = near_legs(scene.lenses, legs.origin, legs.direction, legs.length, _ROOM)
+    if not nests:
+        return leg, number
+    (inside,) = np.nonzero(legs.within >= 0)
+    every = np.column_stack([np.append(leg, inside), np.append(number, legs.within[inside])])
+    leg, number = np.unique(every, axis=0).T
+    return leg, number
+
+
+def _parts(some: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+    return np.split(some, range(_AT_ONCE, len(some), _AT_ONCE)) if some.size else []
+
+
+def _deepest(
+    lens: Lens, start: Array, along: Array, enter: Array, leave: Array, share: Array, allowed: Array,
+    stays: NDArray[np.bool_], eps: float, *, nests: bool,
+) -> tuple[Array, Array, NDArray[np.bool_]]:  # fmt: skip
+    """Return how deep legs go through a lens where they should not, what is allowed, and whether F is known enough.
+
+    Legs, shape (N, 3), are those of the lens's own space, at the origin; `stays` says which are to stay in it.
+    """
+    samples = len(share)
+    t = enter[:, None] + share * (leave - enter)[:, None]
+    points = (start[:, None] + t[:, :, None] * along[:, None]).reshape(-1, 3)
+    values: dict[str, Any] = {**lens.values, **dict(zip("xyz", points.T, strict=True))}
+    f, rounding = (np.broadcast_to(each, len(points)) for each in evaluate_with_error(lens.surface.expression, values))
+    slopes = [evaluate_with_error(each, values)[0] for each in gradient(lens.surface.expression)]
+    slope = sum(np.abs(np.broadcast_to(each, len(points))) for each in slopes)
+    if nests:  # what is out of its box is out of the solid, by so much
+        f = np.where(
+            in_box(lens, points, is_local=True), f, np.maximum(np.where(np.isfinite(f), np.abs(f), 0.0), slope)
+        )
+    size = np.abs(points).max(axis=1) + np.repeat(np.abs(start).max(axis=1), samples)
+    most = SAFETY * (rounding * eps / _EPS + slope * eps * size) + np.repeat(allowed, samples)
+    wrong = np.maximum(np.where(np.repeat(stays, samples), f, -f), 0.0)
+    tells = np.isfinite(most) & np.isfinite(f)
+    ratio = np.divide(wrong, most, out=np.zeros(len(points)), where=tells & (wrong > 0.0))
+    worst = ratio.reshape(-1, samples).argmax(axis=1) + np.arange(len(start)) * samples
+    is_deep = ratio[worst] > 0.0
+    return (
+        np.where(is_deep, wrong[worst], 0.0),
+        np.where(is_deep, most[worst], 1.0),
+        tells.reshape(-1, samples).mean(axis=1) >= _ENOUGH,
+    )
 
 
 def _span(lens: Lens, start: Array, along: Array) -> tuple[Array, Array]:

@@ -16,6 +16,7 @@ from lenscl.accuracy.selfcheck.hits import SAFETY
 from lenscl.config import Lens, Scene
 from lenscl.expr import evaluate_with_error, gradient
 from lenscl.reference import Placement
+from lenscl.tracing import near_points
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -25,6 +26,7 @@ AROUND = -1  # all solids
 UNKNOWN = -2
 _DOUBLE = float(np.finfo(np.float64).eps)
 _OUT_OF_BOX = 1e-6  # of its extent: beyond that no point lies in the solid, whatever rounding does
+NEAR = 1e-3  # of the extent of a box, and of its distance: no point of the solid lies so far out of it
 _SHARES = np.array([8, 4, 12, 6, 10, 2, 14, 7, 9, 5, 11, 3, 13, 1, 15]) / 16  # of a leg, from its middle outwards
 _NEAREST = 16.0  # roundings from a surface point, where its sides begin to be told
 _FARTHEST = 1e-3  # of the size of the scene's numbers there
@@ -32,8 +34,9 @@ _FARTHEST = 1e-3  # of the size of the scene's numbers there
 
 def ranks(scene: Scene) -> NDArray[np.intp]:
     """Return of each lens, by number, how many others give way to it where solids overlap."""
-    keys = [(lens.priority, number) for number, lens in enumerate(scene.lenses)]
-    return np.array([sum(other < key for other in keys) for key in keys], dtype=np.intp)
+    found = np.empty(len(scene.lenses), dtype=np.intp)
+    found[list(scene.by_priority())] = np.arange(len(found))
+    return found
 
 
 def values_of(lens: Lens, points: Array, eps: float) -> tuple[Array, Array]:
@@ -81,7 +84,8 @@ def media_at(scene: Scene, points: Array, eps: float, allowed: Array | float = 0
         How far surfaces may be displaced besides, in terms of F.
     """
     media = np.full(len(points), AROUND)
-    for number in np.argsort(ranks(scene)):
+    near = np.unique(near_points(scene.lenses, points, NEAR, NEAR)[1])
+    for number in near[np.argsort(ranks(scene)[near])].tolist():
         f, most = values_of(scene.lenses[number], points, eps)
         with np.errstate(invalid="ignore"):
             most = most + allowed
@@ -105,8 +109,8 @@ def media_along(scene: Scene, start: Array, end: Array, eps: float, allowed: Arr
 def media_beside(scene: Scene, at: Array, along: Array, eps: float, allowed: Array) -> tuple[Media, Array]:
     """Return the medium beside surface points on one side, along unit vectors, and how far from them it is known."""
     media, known = np.full(len(at), UNKNOWN), np.zeros(len(at))
-    size = np.abs(at).max(axis=1) + max(np.abs(Placement.of(lens).centre).max() for lens in scene.lenses)
-    size += max(lens_size(lens) for lens in scene.lenses)
+    size = np.abs(at).max(axis=1) + max(np.abs(group.centres).max() for group in scene.lenses.groups)
+    size += max(lens_size(group.lens) for group in scene.lenses.groups)
     distance = _NEAREST * eps
     while distance < _FARTHEST:
         left = np.flatnonzero(media == UNKNOWN)
@@ -127,13 +131,15 @@ def lens_size(lens: Lens) -> float:
 
 def index_of(scene: Scene, media: Media) -> Array:
     """Return the refractive indices of media; no number where they are unknown."""
-    indices = np.array([*(lens.n for lens in scene.lenses), np.nan, scene.n_medium])  # the last two: -2 and -1
+    of_lenses = [np.full(len(group), group.lens.n) for group in scene.lenses.groups]
+    indices = np.concatenate([*of_lenses, [np.nan, scene.n_medium]])  # the last two: -2 and -1
     found: Array = indices[media]
     return found
 
 
 def blocks(scene: Scene, media: Media) -> Mask:
     """Return which media end rays; False where they are unknown."""
-    opaque = np.array([*(scene.blocks(number) for number in range(len(scene.lenses))), False, False])
+    of_lenses = [np.full(len(group), scene.stops_light(group)) for group in scene.lenses.groups]
+    opaque = np.concatenate([*of_lenses, [False, False]])
     found: Mask = opaque[media]
     return found

@@ -114,7 +114,7 @@ class Paths:
             bound = np.where(known.in_contact, _HALF, np.inf)
             self.tally.note("contact", ray, event + 1, known.twice.astype(np.float64), bound)
 
-        if is_blocked.any() or any(self.scene.blocks(number) for number in range(len(self.scene.lenses))):
+        if is_blocked.any() or any(map(self.scene.stops_light, self.scene.lenses.groups)):
             turned = np.where(is_blocked, np.linalg.norm(walk.after - walk.before, axis=1), 0.0)
             bound = np.where(known.tells, SAFETY * self.eps, np.inf)
             self.tally.note("stop", ray, event + 1, np.where(known.agrees, turned, 1.0), bound)

@@ -41,7 +41,7 @@ def separate(scene: Scene, walk: Walk, eps: float) -> Interfaces:
     sums = np.zeros(walk.points.shape[:2])  # a search that starts on a surface takes off what F is there
     sums[event + 1, ray] = hits.bound
 
-    blocks = np.array([scene.blocks(number) for number in range(len(scene.lenses))])
+    blocks = np.concatenate([np.full(len(group), scene.stops_light(group)) for group in scene.lenses.groups])
     agrees = (blocks[hits.lens] == walk.is_blocked) | (touches & (blocks[others.lens] == walk.is_blocked))
 
     # Legs that must be free: of each ray the first one, the one up to where it ended, and the one behind all lenses
