@@ -13,6 +13,7 @@ from lenscl.config import Scene
 from lenscl.tracing.blur import blur_of, searched
 from lenscl.tracing.hierarchy import Hierarchy, hierarchy_of, world_boxes
 from lenscl.tracing.placement import Placement
+from lenscl.tracing.tight import search_box
 
 _SHARED = ("to_local", "to_world", "box_low", "box_high")  # by lenses that differ in where they stand
 
@@ -39,7 +40,8 @@ def table_numbers(scene: Scene, source: KernelSource) -> dict[str, ArrayLike]:
                 kept.append(lens)  # so that no other object has its identity
                 if source.structure.nests:
                     blurs.append(blur_of(lens, searched(lens, kind.method), source.structure.carried))
-                placed.append(Placement.of(lens).numbers())
+                low, high = search_box(lens)
+                placed.append({**Placement.of(lens).numbers(), "box_low": low, "box_high": high})
                 shapes.append(source.shape_values(number, lens.values))
             which.append(place)
         numbers = {name: np.stack([np.asarray(one[name]) for one in placed])[which] for name in _SHARED}
