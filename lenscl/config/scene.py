@@ -14,7 +14,7 @@ from typing import Any, Generic, Literal, TypeVar, cast
 from lenscl.config.accuracy import Accuracy
 from lenscl.config.checks import Box, Vec3
 from lenscl.effects import Fact, Value, wavelengths_of
-from lenscl.lenses import Surface
+from lenscl.lenses import Surface, face_names, is_whole
 from lenscl.materials import Constant, Material
 
 V = TypeVar("V")
@@ -146,11 +146,23 @@ class Lens:
     absorbs: bool = False  # opaque: no ray goes on from its surface
     priority: float = 0.0  # where solids overlap the highest is the medium
     planes: tuple[tuple[float, float, float, float], ...] | None = None  # as given: `values` has their numbers
+    mirror: bool | tuple[str, ...] = False  # all faces are mirrors, or these, by name
+    has_index: bool = True  # else its material is that of the medium, which a mirror may leave open
 
     @property
     def n(self) -> float:
         """Refractive index at the d line."""
         return self.material.n
+
+    @property
+    def coated(self) -> tuple[str, ...]:
+        """The names of the faces that are mirrors."""
+        return (face_names(self.surface) if self.mirror else ()) if isinstance(self.mirror, bool) else self.mirror
+
+    @property
+    def is_mirror(self) -> bool:
+        """Whether all of its faces are mirrors."""
+        return self.mirror if isinstance(self.mirror, bool) else is_whole(self.surface, self.mirror)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -328,6 +340,10 @@ def _listed(value: Value) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
+def _listed_names(mirror: bool | tuple[str, ...]) -> Any:
+    return mirror if isinstance(mirror, bool) else list(mirror)
+
+
 def _written(material: Material) -> Any:
     return material.name if material.name is not None else material.index.written()
 
@@ -365,8 +381,9 @@ def _lens_document(lens: Lens) -> dict[str, Any]:
         "centre": list(lens.centre),
         "stretch": list(lens.stretch),
         "rotate": list(lens.rotate),
-        "n": _written(lens.material),
+        **({"n": _written(lens.material)} if lens.has_index else {}),
         **({"absorption": list(lens.absorption)} if any(lens.absorption) else {}),
         **({"absorbs": True} if lens.absorbs else {}),
+        **({"mirror": _listed_names(lens.mirror)} if lens.mirror else {}),
         **({"priority": lens.priority} if lens.priority else {}),
     }

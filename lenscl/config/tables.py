@@ -19,6 +19,7 @@ from lenscl.config.checks import (
     Factor,
     Images,
     Medium,
+    Mirror,
     Planes,
     Size,
     Stretch,
@@ -123,11 +124,16 @@ class LensTable(Table):
     centre: Vector = Field((0.0, 0.0, 0.0), description="Where the local origin is.")
     stretch: Stretch = Field((1.0, 1.0, 1.0), description="Factors along the local axes; negative ones mirror.")
     rotate: Vector = Field((0.0, 0.0, 0.0), description="Degrees about the fixed axes x, then y, then z.")
-    n: Medium = Field(description="Refractive index inside.")
+    n: Medium | None = Field(
+        None, description="Refractive index inside; with mirror = true that of the medium if left out."
+    )
     absorption: Absorption = Field(
         (0.0, 0.0, 0.0), description="Of red, green and blue inside: after a length L exp(-a L) is left."
     )
     absorbs: Annotated[bool, *_flag()] = Field(False, description="Whether it is opaque: a stop, or a mount.")
+    mirror: Mirror = Field(
+        False, description="Whether all faces are mirrors, from both sides, or which by name: see `lenscl lenses`."
+    )
     priority: Annotated[float, PlainValidator(checks.Number()), WithJsonSchema({"type": "number"})] = Field(
         0.0, description="Where solids overlap, the one of higher priority is the medium; of equals, the later one."
     )
@@ -203,6 +209,7 @@ def study_schema() -> dict[str, Any]:
     properties["output"] = _schema(OutputTable)
     lens = _schema(LensTable)
     lens["additionalProperties"] = {"type": "number"}
+    lens["anyOf"] = [{"required": ["n"]}, {"properties": {"mirror": {"const": True}}, "required": ["mirror"]}]
     properties["lens"] = {"type": "array", "minItems": 1, "maxItems": MOST_LENSES, "items": lens}
     properties["effects"] = {
         "type": "object",
