@@ -40,6 +40,8 @@ class Structure:
     nests: tuple[int, ...] = ()  # the lenses, lowest priority first, where their solids may touch or overlap
     stops: bool = False  # whether rays end where they meet the picture first; then `nests` has the lenses
     source: Literal["point", "parallel"] = "point"  # of the film's rays, also where others are traced
+    # Of the lenses that have mirrored faces: their numbers, and the names of these faces, None where it is all of them
+    mirrors: tuple[tuple[int, tuple[str, ...] | None], ...] = ()
 
     def form(self) -> tuple[Hashable, ...]:
         """Return all that the text hangs on, as values to compare by."""
@@ -95,6 +97,11 @@ class Structure:
         return tuple(dict.fromkeys(name for effect in self.effects for name in effect.carries))
 
     @property
+    def coats(self) -> Mapping[int, tuple[str, ...]]:
+        """The mirrored faces of the lenses that have others, too, by the lenses' numbers."""
+        return {number: coated for number, coated in self.mirrors if coated is not None}
+
+    @property
     def layered(self) -> bool:
         """Whether rays are traced by several sets of a scene's numbers in one launch, a layer of the arrays each."""
         return any(effect.layers for effect in self.effects)
@@ -123,7 +130,8 @@ def lens_struct(structure: Structure) -> Struct:
     """Return the numbers of every lens, with those that the effects read."""
     more = tuple(Slot(name, size) for name, size in structure.lens_reads)
     nested = _NESTED_SLOTS if structure.nests else ()
-    return Struct(_LENS.c_name, _LENS.slots + nested + more)
+    coats = _COAT_SLOTS if structure.coats else ()
+    return Struct(_LENS.c_name, _LENS.slots + nested + coats + more)
 
 
 def layout(structure: Structure) -> Layout:
@@ -228,6 +236,7 @@ _LENS = Struct(
         Slot("eta_out", 1, "its own over the one around it"),
     ),
 )
+_COAT_SLOTS = (Slot("coat_noise", 1, "the most that rounding changes of its faces' functions near the surface"),)
 _NESTED_SLOTS = (
     Slot("noise", 1, "the most that rounding changes of F near the surface"),
     Slot("size", 1, "half the diagonal of its box, in the world"),

@@ -217,13 +217,15 @@ def _reflects(scene: Scene, lenses: Collection[int], rays_given: bool) -> Findin
     reasons: list[str] = []
     for number in lenses:
         lens, key = scene.lenses[number], scene.lens_key(number)
-        if scene.blocks(number):
+        if lens.is_mirror:
+            reasons.append(f"{key} is a mirror")
+        elif scene.blocks(number):
             reasons.append(f"{key} is opaque")
         elif lens.n == scene.n_medium:
             reasons.append(f"{key} has the index around it")
         elif lens.n < scene.n_medium:
             return Finding(holds=True, why=f"rays enter {key} to a lower index")
-        elif not _is_sphere(lens):
+        elif lens.mirror or not _is_sphere(lens):
             return Finding(holds=True, why=f"rays leave {key} to a lower index, and no bound on their angles is known")
         elif rays_given or _may_start_in(scene, number):
             return Finding(holds=True, why=f"rays leave {key} to a lower index that may start within it")

@@ -6,7 +6,7 @@ do to a ray's direction is bounded where it is convex and reflects no ray on: ea
 degrees less the critical angle at most. So the directions that leave a lens lie in a cone about the film's axis, and
 what is in none of the cones from any lens that is reached is out of reach.
 
-Whatever else bends rays may send them anywhere, and then no lens is left out.
+Whatever else bends rays, a mirror among it, may send them anywhere, and then no lens is left out.
 """
 
 from __future__ import annotations
@@ -57,7 +57,8 @@ def reached(scene: Scene, reflecting: Collection[int]) -> dict[int, str]:
     queue, steps = list(found), 0
     while queue:
         i, steps = queue.pop(), steps + 1
-        if scene.blocks(i) or all(layer.lenses[i].n == layer.n_medium for layer in layers):
+        is_passive = scene.blocks(i) or all(layer.lenses[i].n == layer.n_medium for layer in layers)
+        if is_passive and not scene.lenses[i].mirror:
             continue
         leaves = min(pi, angles[i] + _deviation(scene, layers, i, reflecting)) if steps < _MOST_STEPS else pi
         seen = (angles < leaves) & (_least_angles(centres - centres[i], radii + radii[i], axis) <= leaves + _CLEARANCE)
@@ -84,7 +85,8 @@ def _least_angles(apart: Array, reach: Array, axis: Array) -> Array:
 
 def _deviation(scene: Scene, layers: Sequence[Scene], number: int, reflecting: Collection[int]) -> float:
     """Return by how much a lens may turn a ray at most, in radians; inf where that is not bounded."""
-    if number in reflecting or scene.numerics.snell != "exact" or not scene.lenses[number].surface.is_convex:
+    lens = scene.lenses[number]
+    if number in reflecting or lens.mirror or scene.numerics.snell != "exact" or not lens.surface.is_convex:
         return inf
     ratios = [layer.lenses[number].n / layer.n_medium for layer in layers]
     return 2.0 * max(acos(min(ratio, 1.0 / ratio)) for ratio in ratios)

@@ -85,6 +85,11 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
         source=scene.source.kind,
         nests=_nests(scene) if NESTED in needs.facts or stops else (),
         stops=stops,
+        mirrors=tuple(
+            (number, None if lens.is_mirror else lens.coated)
+            for number in reached
+            if (lens := scene.lenses[number]).mirror
+        ),
     )
 
 
