@@ -59,6 +59,16 @@ def _always(scene: Scene) -> Iterator[tuple[str, bool, str, str, str]]:
             yield scene.lens_key(number), number in reached, "derived", "", reached.get(number, beyond)
         nested = findings(scene)[NESTED]
         yield "nested solids", nested.holds, "derived", "ray_nested" if nested.holds else "", nested.why
+    if any(lens.mirror for lens in scene.lenses):
+        mirrors = [
+            f"{scene.lens_key(number)}: {'all faces' if lens.is_mirror else ', '.join(lens.coated)}"
+            for number, lens in enumerate(scene.lenses)
+            if lens.mirror and number in reached
+        ]
+        is_nested = findings(scene)[NESTED].holds or stopping(scene).holds
+        fragment = "mirror_nested" if is_nested else "mirror"
+        why = f"mirrored faces of {'; '.join(mirrors)}" if mirrors else "no ray gets to a mirrored face"
+        yield "mirrors", bool(mirrors), "asked", fragment if mirrors else "", why
     stops = stopping(scene)
     yield (
         "picture stops light",
