@@ -12,6 +12,7 @@ static inline void mirror_interface(ray_t *ray, const interface_t *at, const sce
   if (!any_lane(mirrors | unsure)) return;
   ray->direction = pick3(mirrors, mirrored(at->incident, at->normal), ray->direction);
   ray->direction = pick3(unsure, at->incident, ray->direction);
+  ray->origin = pick3(unsure, at3(ray->origin, at->incident, -at->length), ray->origin);
   const maskv crossed = (mirrors | unsure) & not_lane(at->total);
   ray->inside = crossed ? ray->inside ^ ray->on : ray->inside;
   ray->events = unsure ? ray->events - (maskv)1 : ray->events;

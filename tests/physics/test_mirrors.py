@@ -227,6 +227,10 @@ def test_a_ray_within_rounding_of_an_edge_of_the_coat_is_undecided(method: str) 
     start = np.array([3.0, 0.1, 0.9])
     rays = trace_rays(make_scene(lens), np.tile(start, (4, 1)), rim - start, method=method)
     assert (rays.status[:2] == RayStatus.UNDECIDED).all()
+    assert not rays.events[:2].any()
+    np.testing.assert_allclose(rays.origin[:2], [start, start], rtol=0, atol=1e-15)
+    way = (rim - start)[:2]
+    np.testing.assert_allclose(rays.direction[:2], way / np.linalg.norm(way, axis=1)[:, None], rtol=0, atol=1e-15)
     assert (rays.status[2:] != RayStatus.UNDECIDED).all()
 
 
