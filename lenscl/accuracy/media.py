@@ -129,6 +129,7 @@ class Overlapping:
         is_known = np.ones(count, bool)
         sets = np.zeros((2, len(self._glasses), count), bool)  # of solids, on both sides of the surface
         is_on = np.zeros((len(self._glasses), count), bool)
+        coated, unsure = np.zeros((2, len(self._glasses), count), bool)
         touched = []
         for row, glass in enumerate(self._glasses):
             some = np.flatnonzero(glass.holds(point))
@@ -139,18 +140,21 @@ class Overlapping:
             is_known[some] &= ~np.isnan(one.value)
             on = ~(one.doubt > _IN_CONTACT)
             is_on[row, some] = on
+            coated[row, some], unsure[row, some] = glass.mirrored(point[:, some], before[:, some], one.leg)
             sets[0, row, some] = np.where(on, one.leaves, one.value < 0.0)
             sets[1, row, some] = np.where(on, ~one.leaves, one.value < 0.0)
             touched.append(one.of(on))
 
         media = [self._medium_of(each) for each in sets]
         is_known &= (media[0] != media[1]) & (is_first | (media[0] == self._medium[rays]))
+        mirrors, open_edge = self._mirrors(media, coated & is_on, unsure & is_on)
+        is_known &= ~open_edge
         eta = self._indices[media[0] + 1] / self._indices[media[1] + 1]
         shift = self._displaced(rays, start, before, point, media[0], sets[0], is_on)
         for meeting, is_one in _joined(touched, count):
             mine = meeting.rays
             moved = replace(meeting, searched=meeting.searched + shift[:, mine])
-            meeting = moved.between(eta[mine], after[:, mine])
+            meeting = moved.between(eta[mine], after[:, mine], mirrors[mine])
             of, total = rays[mine], meeting.total
             self._medium[of] = np.where(total, media[0][mine], media[1][mine])
             self._inside[:, of] = np.where(total, sets[0][:, mine], sets[1][:, mine])
@@ -165,6 +169,13 @@ class Overlapping:
         for number, rank in self._ranks.items():
             highest = np.where(solids[number], np.maximum(highest, rank), highest)
         return highest
+
+    def _mirrors(self, media: Sequence[Numbers], coated: Mask, unsure: Mask) -> tuple[Mask, Mask]:
+        """Return which rays meet a mirrored face of a lens that is a medium there, and of which that is not known."""
+        ranks = [self._ranks[glass.number] for glass in self._glasses]
+        is_medium = np.stack([(media[0] == rank) | (media[1] == rank) for rank in ranks])
+        mirrors: Mask = (coated & ~unsure & is_medium).any(axis=0)
+        return mirrors, (unsure & is_medium).any(axis=0) & ~mirrors
 
     def _displaced(
         self, rays: Numbers, start: Array, direction: Array, end: Array, medium: Numbers, inside_end: Mask, on_end: Mask

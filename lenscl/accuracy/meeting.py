@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from lenscl.accuracy.jets import Jets
 from lenscl.config import Scene
 from lenscl.methods import choose
+from lenscl.reference import Placement as ReferencePlacement
+from lenscl.reference import on_mirror
 from lenscl.tracing import Placement, near_points
 
 Array = NDArray[np.float64]
@@ -51,7 +53,7 @@ class Meeting:
         Length of the leg to here; n_before / n_after; cosines of the angles of incidence and of refraction; and the
         multiple of the normal that refraction subtracts, as in snell_exact.cl.
     total : bool, (M,)
-        Whether the ray is totally reflected.
+        Whether the ray is reflected, totally or by a mirrored face.
     searched : (3, M), world, scene units
         Bound on the error of the ray's line in the root search: such an error moves the point on the surface.
     told : (3, M)
@@ -100,9 +102,12 @@ class Meeting:
         parts = {each.name: getattr(self, each.name) for each in fields(self)}
         return Meeting(**{name: part if name == "lens" else part[..., chosen] for name, part in parts.items()})
 
-    def between(self, eta: Array, after: Array) -> Meeting:
-        """Return the same for rays that leave along `after`, and another ratio of indices n_before / n_after."""
-        along, behind, total, known = _snell(self.before, after, self.normal, self.cosine, self.tilt, eta)
+    def between(self, eta: Array, after: Array, mirrors: Mask) -> Meeting:
+        """Return the same for rays that leave along `after`, another ratio of indices n_before / n_after, and mirrors.
+
+        `mirrors`, shape (M,), says which rays meet a mirrored face.
+        """
+        along, behind, total, known = _snell(self.before, after, self.normal, self.cosine, self.tilt, eta, mirrors)
         known &= np.isfinite(self.level + self.tilt.sum(axis=0) + self.doubt)
         return replace(self, after=after, eta=eta, along=along, behind=behind, total=total, known=known)
 
@@ -233,7 +238,9 @@ class Glass:
             tilt = mapped(sizes.T, _OTHER_ORDERS * errors + 5.0 * U * np.abs(slopes)) / length + self.rotated
 
             eta = np.where(leaves, self.lens.n / self._n_medium, self._n_medium / self.lens.n)
-            along, behind, total, known = _snell(before, after, normal, cosine, tilt, eta)
+            mirrors, unsure = self.mirrored(point, before, leg)
+            along, behind, total, known = _snell(before, after, normal, cosine, tilt, eta, mirrors)
+            known &= ~unsure
             doubt = np.abs(value) / (noise + length * (level + norm(searched) + norm(told) + norm(placed)))
             known &= np.isfinite(level + tilt.sum(axis=0) + doubt)
             signed = value / length
@@ -241,6 +248,17 @@ class Glass:
             rays, self.number, before, after, normal, sign * hessian, leg, eta, cosine, behind, along, total, searched,
             told, placed, level, tilt, known, leaves, doubt, signed,
         )  # fmt: skip
+
+    def mirrored(self, points: Array, directions: Array, length: Array) -> tuple[Mask, Mask]:
+        """Return which points of the surface, shape (3, M), lie on a mirrored face, and of which that is not known.
+
+        `directions` are those of the rays that came there, and `length`, shape (M,), that of their legs.
+        """
+        if not self.lens.mirror:
+            nowhere = np.zeros(points.shape[1], bool)
+            return nowhere, nowhere
+        reach = np.abs(points).max(axis=0) + length
+        return on_mirror(self.lens, ReferencePlacement.of(self.lens), points.T, directions.T, reach)
 
     def _ended(self, length: Array, direction: Array, slopes: Array, errors: Array, seconds: Array) -> Array:
         """Return a bound on |F| at the root by the last step of the search, the rounding of F left out.
@@ -289,9 +307,12 @@ class Glass:
 
 
 def _snell(
-    before: Array, after: Array, normal: Array, cosine: Array, tilt: Array, eta: Array
+    before: Array, after: Array, normal: Array, cosine: Array, tilt: Array, eta: Array, mirrors: Mask
 ) -> tuple[Array, Array, Mask, Mask]:
-    """Apply Snell's law; return `along`, `behind` and `total` of a `Meeting`, and whether it explains `after`."""
+    """Apply Snell's law, or that of reflection to the rays of `mirrors`.
+
+    Return `along`, `behind` and `total` of a `Meeting`, and whether the law explains `after`.
+    """
     with np.errstate(all="ignore"):
         excess = (1.0 - eta) * (1.0 + eta)
         across = dot(before, before) - cosine * cosine
@@ -302,7 +323,8 @@ def _snell(
         refracted = eta * before - along * normal
         mirrored = before + 2.0 * cosine * normal
         missed, turned_back = _apart(after, refracted), _apart(after, mirrored)
-        total: Mask = (eta > 1.0) & (~goes | (turned_back < missed))
+        total: Mask = mirrors | ((eta > 1.0) & (~goes | (turned_back < missed)))
+        behind = np.where(mirrors, 1.0, behind)
         miss = np.where(total, turned_back, missed)
         allowed = np.sqrt(dot(tilt, tilt)) * (1.0 + eta) * (1.0 + eta / np.maximum(behind, U))
         known: Mask = miss <= _SAME_WAY * (1.0 + eta) + 4.0 * allowed

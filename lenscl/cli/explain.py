@@ -195,7 +195,7 @@ def _media(event: Event) -> list[str]:
 def _where(event: Event) -> list[str]:
     return [
         f"{event.number:3}",
-        event.kind,
+        event.kind if event.face is None else f"reflected by the mirrored face {plain(event.face)}",
         _short(event.lens),
         *(f"{part:.8g}" for part in event.point),
         f"{event.leg:.6g}",

@@ -71,6 +71,16 @@ def _always(scene: Scene) -> Iterator[tuple[str, bool, str, str, str]]:
             low, high = (" ".join(f"{each:.4g}" for each in corner) for corner in box)
             why = f"the bounds are far wider than the solid: rays are searched from ({low}) to ({high})"
             yield f"{scene.lens_key(number)}.bounds", True, "derived", "", why
+    if any(group.lens.mirror for group in scene.lenses.groups):
+        mirrors = [
+            f"{scene.table_key(group)}: {'all faces' if group.lens.is_mirror else ', '.join(group.lens.coated)}"
+            for group, some in tables.items()
+            if group.lens.mirror and some
+        ]
+        is_nested = findings(scene)[NESTED].holds or stopping(scene).holds
+        fragment = "mirror_nested" if is_nested else "mirror"
+        why = f"mirrored faces of {'; '.join(mirrors)}" if mirrors else "no ray gets to a mirrored face"
+        yield "mirrors", bool(mirrors), "asked", fragment if mirrors else "", why
     stops = stopping(scene)
     yield (
         "picture stops light",

@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 def lenses(as_json: bool) -> None:
     """List the catalogue of surfaces.
 
-    Each surface has its parameters with ranges and defaults, its formula, and the source of that.
+    Each surface has its parameters with ranges and defaults, its faces, its formula, and the source of that.
+
+    The key mirror of a lens takes names of faces, as in mirror = ["back"]. The faces of an expression are the operands
+    of its outermost max, by number: "1", "2", ...
 
     \b
     Example:
@@ -120,7 +123,18 @@ def _lines(surface: Surface) -> Iterator[str]:
         yield f"{parameter.name} = {values}: {parameter.meaning}"
     for first, last, meaning in _ranges(surface):
         yield f"{first} ... {last} = 0 where left out: {meaning}"
+    yield f"faces: {_faces(surface)}"
     yield f"source: {surface.source}"
+
+
+def _faces(surface: Surface) -> str:
+    """Return the names of the faces, as a mirror may name them."""
+    from lenscl.lenses import face_names
+
+    names = face_names(surface)
+    if surface.given_as:
+        return f'"1" ... "N", by their places in {surface.given_as}'
+    return ", ".join(f'"{name}"' for name in names)
 
 
 def _ranges(surface: Surface) -> Iterator[tuple[str, str, str]]:
@@ -132,13 +146,14 @@ def _ranges(surface: Surface) -> Iterator[tuple[str, str, str]]:
 
 
 def _described(surface: Surface) -> dict[str, Any]:
-    from lenscl.lenses import OCTAHEDRON
+    from lenscl.lenses import OCTAHEDRON, face_names
 
     return {
         "name": surface.name,
         "summary": surface.summary,
         "formula": surface.formula,
         "source": surface.source,
+        "faces": list(face_names(surface)),
         "parameters": [_number(parameter) for parameter in surface.parameters],
         **({"optional": [_number(parameter) for parameter in surface.optional]} if surface.optional else {}),
         **({surface.given_as: [list(plane) for plane in OCTAHEDRON]} if surface.given_as else {}),

@@ -6,6 +6,7 @@ from collections.abc import Hashable, Iterator, Mapping, Sequence
 
 from lenscl.codegen.fragments import VOCABULARY, generated, head, located, located_until
 from lenscl.codegen.layout import Layout
+from lenscl.codegen.mirrors import kind_mirrors, lens_coats, mirrored_at, mirrors_told
 from lenscl.codegen.searches import searches, words_of
 from lenscl.codegen.source import KernelSource
 from lenscl.codegen.specialise import Structure, layout
@@ -16,6 +17,7 @@ from lenscl.status import RayStatus
 # Effects that ask in which medium a ray travels: by one lens, or by a set, with the hooks that they then have besides
 _OF_MEDIA: Mapping[str, tuple[Hook, ...]] = {"absorption": ("picture",), "opaque": (), "path_length": ()}
 _STEP_ENDS = "// One work-item carries"  # in trace.cl: behind it is the kernel
+_POLARISED = "fresnel_polarised"
 _MOST_KEPT = 64  # some hundred kilobytes each
 _kept: dict[tuple[Hashable, ...], tuple[Layout, str]] = {}  # by what decides a kernel's text
 
@@ -53,6 +55,7 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         located("placement.cl"),
         *(located(f"{name}.cl") for name in structure.needs),
         *searches(structure),
+        *([located("coats.cl")] if structure.coats else []),
         *(_tabled_lenses(structure) if structure.tabled else _lenses(structure)),
         *([located(f"total_{_possible(structure)}.cl")] if structure.snell == "exact" else []),
         located(f"snell_{structure.snell}.cl"),
@@ -62,6 +65,7 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         *_lens_numbers(structure),
         *(["\n".join(_surface_calls(structure))] if structure.needs else []),
         *(["\n".join(_media(structure))] if structure.nests else []),
+        *(mirrored_at(structure) if structure.mirrors else ()),
         *(located(f"effects/{name}.cl") for name in _effect_files(structure)),
         generated("what this scene consists of"),
         "\n".join(_calls(structure)),
@@ -110,11 +114,12 @@ def _layer(structure: Structure) -> str:
 def _banner(structure: Structure) -> str:
     effects = ", ".join(effect.name for effect in structure.effects) or "none"
     methods = "; ".join(dict.fromkeys(f"{method.name} {method.guarantee}" for method in structure.methods.values()))
-    lenses = ", ".join(_prefixes(structure))
+    lenses, mirrors = ", ".join(_prefixes(structure)), ", ".join(mirrors_told(structure))
     return (
         f"// lenses   {lenses}\n// rays     {structure.rays}\n"
         f"// method   {methods}\n"
         f"// snell    {structure.snell}\n// effects  {effects}\n"
+        f"{f'// mirrors  {mirrors}{chr(10)}' if mirrors else ''}"
         f"// numbers  {structure.precision}, {structure.width} to a packet\n"
     )
 
@@ -138,6 +143,7 @@ def _tabled_lenses(structure: Structure) -> Iterator[str]:
         yield located("lens.cl")
         yield from [located("lens_nested.cl")] if structure.nests else []
         yield from (located(f"lens_{name}.cl") for name in structure.needs)
+        yield from kind_mirrors(structure, kind) if structure.mirrors else ()
         yield "#undef LENS_NUMBER\n#undef LENS_BIT\n#undef LENS\n#undef SURFACE\n"
     nested = "_nested" if structure.nests else ""
     yield located("distinct.cl")
@@ -168,6 +174,7 @@ def _lens(structure: Structure, number: int) -> Iterator[str]:
         yield located("lens_nested.cl")
         yield "#undef LENS_BIT\n"
     yield from (located(f"lens_{name}.cl") for name in structure.needs)
+    yield from lens_coats(structure, number)
     yield "#undef LENS_NUMBER\n#undef LENS\n#undef SURFACE\n"
 
 
@@ -190,12 +197,17 @@ def _lens_numbers(structure: Structure) -> Iterator[str]:
 
 
 def _effect_files(structure: Structure) -> Iterator[str]:
-    yield from dict.fromkeys(name for effect in structure.effects for name in effect.uses)
+    own = ("mirrored",) if structure.mirrors else ()
+    yield from dict.fromkeys([*own, *(name for effect in structure.effects for name in effect.uses)])
+    if structure.mirrors:
+        yield "mirror_nested" if structure.nests else "mirror"
     for effect in structure.effects:
         if effect.layers:  # whose fragment stands where the layers are handed out
             continue
         yield from (f"{effect.name}_{getattr(structure, attribute)}" for attribute in effect.by)
         yield f"{effect.name}_nested" if structure.nests and effect.name in _OF_MEDIA else effect.name
+        if effect.name == _POLARISED and structure.mirrors:
+            yield "mirror_polarised"
 
 
 def _surface_calls(structure: Structure) -> Iterator[str]:
@@ -248,6 +260,10 @@ def _calls(structure: Structure) -> Iterator[str]:
             yield f"  lens_{i}_meet{nested}(ray, &scene->lens_{i}, scene->shape_{i}, &scene->method, hit);"
         yield "}\n"
     yield "static inline void at_interface(ray_t *ray, const interface_t *at, const scene_t *scene) {"
+    if structure.mirrors:
+        yield "  interface_t met, glass;\n  mirror_interface(ray, at, scene, &met, &glass);"
+        if any(effect.name == _POLARISED for effect in structure.effects):
+            yield "  mirror_polarised(ray, &met, &glass);"
     yield from _hooked(structure, "interface", "ray, at, scene")
     yield from _hooked(structure, "after", "ray, at, scene")
     yield "}\n"
@@ -280,7 +296,9 @@ def _hooked(structure: Structure, hook: Hook, arguments: str) -> Iterator[str]:
     for effect in structure.effects:
         more = _OF_MEDIA.get(effect.name, ()) if structure.nests else ()
         if hook in (*effect.hooks, *more):
-            yield f"  {effect.name}_{hook}({arguments});"
+            seen = "&met" if effect.meets_mirrors else "&glass"
+            given = arguments.replace("at,", f"{seen},") if structure.mirrors else arguments
+            yield f"  {effect.name}_{hook}({given});"
 
 
 def _stores(adds: Sequence[Output]) -> Iterator[str]:

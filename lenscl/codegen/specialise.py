@@ -34,12 +34,15 @@ class Kind:
     method : Method
     lenses : dict of int to int
         The lenses, by their numbers in the scene, rising, each with its place among those of the kind.
+    mirror : bool or tuple of str
+        In a table: whether they are mirrors, or which of their faces are, by name.
     """
 
     prefix: str
     surface: Surface
     method: Method
     lenses: Mapping[int, int]
+    mirror: bool | tuple[str, ...] = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,21 +65,23 @@ class Structure:
     source: Literal["point", "parallel"] = "point"  # of the film's rays, also where others are traced
     colours: tuple[int, ...] = ()  # of all lenses of a table that nests: those whose solids may touch differ
     tabled: bool = False  # whether the lenses are records of a table, and text is written by kinds of them
+    # Of the lenses that have mirrored faces: their numbers, and the names of these faces, True where it is all of them
+    mirrors: tuple[tuple[int, Literal[True] | tuple[str, ...]], ...] = ()
     kinds: tuple[Kind, ...] = field(init=False, repr=False, compare=False)  # of the lenses, in the order of first use
 
     def __post_init__(self) -> None:
         """Sort the lenses by kinds, once: there may be many."""
-        object.__setattr__(self, "kinds", _kinds(self.lenses, self.methods))
+        object.__setattr__(self, "kinds", _kinds(self.lenses, self.methods, dict(self.mirrors) if self.tabled else {}))
 
     def form(self) -> tuple[Hashable, ...]:
         """Return all that the text hangs on, as values to compare by."""
         lenses: tuple[Hashable, ...]
         if self.tabled:
-            lenses = tuple((kind.surface.key, kind.method.name) for kind in self.kinds)
+            lenses = tuple((kind.surface.key, kind.method.name, kind.mirror) for kind in self.kinds)
         else:
             lenses = tuple((number, surface.key) for number, surface in self.lenses.items())
-            lenses += tuple(one.name for one in self.methods.values())
-        apart = ("lenses", "methods", "effects", "kinds", "nests", "colours")
+            lenses += (*(one.name for one in self.methods.values()), self.mirrors)
+        apart = ("lenses", "methods", "effects", "kinds", "mirrors", "nests", "colours")
         rest = (getattr(self, each.name) for each in fields(self) if each.name not in apart)
         nests = (bool(self.nests), self.colour_count) if self.tabled else self.nests
         return (lenses, nests, tuple(effect.name for effect in self.effects), *rest)
@@ -123,6 +128,11 @@ class Structure:
         return tuple(dict.fromkeys(name for effect in self.effects for name in effect.carries))
 
     @property
+    def coats(self) -> Mapping[int, tuple[str, ...]]:
+        """The mirrored faces of the lenses that have others, too, by the lenses' numbers."""
+        return {number: coated for number, coated in self.mirrors if coated is not True}
+
+    @property
     def layered(self) -> bool:
         """Whether rays are traced by several sets of a scene's numbers in one launch, a layer of the arrays each."""
         return any(effect.layers for effect in self.effects)
@@ -153,7 +163,8 @@ def lens_struct(structure: Structure) -> Struct:
     nested = _NESTED_SLOTS if structure.nests else ()
     tabled = _TABLED_SLOTS if structure.tabled else ()
     coloured = _COLOURED_SLOTS if structure.colours else ()
-    return Struct(_LENS.c_name, _LENS.slots + tabled + coloured + nested + more)
+    coats = _COAT_SLOTS if structure.coats else ()
+    return Struct(_LENS.c_name, _LENS.slots + tabled + coloured + nested + coats + more)
 
 
 def layout(structure: Structure) -> Layout:
@@ -218,13 +229,18 @@ def planes_struct(surface: Surface, c_name: str) -> Struct:
     return Struct(c_name, slots, is_shared=True)
 
 
-def _kinds(lenses: Mapping[int, Surface], methods: Mapping[int, Method]) -> tuple[Kind, ...]:
+def _kinds(
+    lenses: Mapping[int, Surface],
+    methods: Mapping[int, Method],
+    mirrors: Mapping[int, Literal[True] | tuple[str, ...]],
+) -> tuple[Kind, ...]:
+    """Sort lenses by surface, method and mirrored faces."""
     keys: dict[int, str] = {}  # by identity: many lenses have one surface, and a key may take long to make
-    alike: dict[tuple[str, str], dict[int, int]] = {}
+    alike: dict[tuple[Hashable, ...], dict[int, int]] = {}
     for number, surface in lenses.items():
         if (key := keys.get(id(surface))) is None:
             key = keys[id(surface)] = surface.key
-        own = alike.setdefault((key, methods[number].name), {})
+        own = alike.setdefault((key, methods[number].name, mirrors.get(number, False)), {})
         own[number] = len(own)
     found: dict[str, Surface] = {}
     kinds = []
@@ -232,7 +248,7 @@ def _kinds(lenses: Mapping[int, Surface], methods: Mapping[int, Method]) -> tupl
         first = next(iter(numbers))
         prefix = _free_name(lenses[first].name, found)
         found[prefix] = lenses[first]
-        kinds.append(Kind(prefix, lenses[first], methods[first], numbers))
+        kinds.append(Kind(prefix, lenses[first], methods[first], numbers, mirrors.get(first, False)))
     return tuple(kinds)
 
 
@@ -285,6 +301,7 @@ _LENS = Struct(
         Slot("eta_out", 1, "its own over the one around it"),
     ),
 )
+_COAT_SLOTS = (Slot("coat_noise", 1, "the most that rounding changes of its faces' functions near the surface"),)
 _NESTED_SLOTS = (
     Slot("noise", 1, "the most that rounding changes of F near the surface"),
     Slot("size", 1, "half the diagonal of its box, in the world"),

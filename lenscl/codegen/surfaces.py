@@ -84,6 +84,19 @@ def _leaf_gradient(prefix: str, surface: Surface, precision: Precision) -> str:
     return function(signature, _slopes_of_leaf(surface), _VECTOR, _local(surface) | _leaf_symbol(surface), precision)
 
 
+def coat_function(name: str, prefix: str, surface: Surface, coats: tuple[Expr, Expr], precision: Precision) -> str:
+    """Return the function <name>_coat of a lens: what kernels/coats.cl has of a point, by two functions of faces."""
+    outputs, lines = {}, ["coat_t at;"]
+    for side, face in zip(("coat", "rest"), coats, strict=True):
+        outputs[side] = face
+        lines.append(f"at.{side} = {{{side}}};")
+        for axis, slope in zip("xyz", gradient(face), strict=True):
+            outputs[f"{side}_{axis}"] = slope
+            lines.append(f"at.{side}_gradient.{axis} = {{{side}_{axis}}};")
+    signature = f"coat_t {name}_coat(real3v p, {prefix}_t shape)"
+    return function(signature, outputs, "\n".join([*lines, "return at;"]), _local(surface), precision)
+
+
 def _planes(prefix: str, surface: Surface, _: Precision) -> str:
     """Return the number of a polyhedron's planes; they themselves are arguments."""
     return f"#define {prefix}_PLANES {len(surface.planes)}\n#define {prefix}_WORDS {WORDS}\n"

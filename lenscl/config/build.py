@@ -9,13 +9,14 @@ import math
 import re
 from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, Literal, TypeVar, cast
 
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
-from lenscl.config.checks import LONGEST, SHORTEST, Box, Vec3, check_wavelengths
+from lenscl.config.checks import LONGEST, SHORTEST, Box, Vec3, check_mirror, check_wavelengths
 from lenscl.config.lens import Lens, Lenses
 from lenscl.config.places import MOST_LENSES, Places
 from lenscl.config.problems import (
@@ -42,8 +43,19 @@ from lenscl.config.tables import (
 )
 from lenscl.effects import EFFECTS, Value
 from lenscl.errors import LensclError
-from lenscl.lenses import OCTAHEDRON, Surface, catalogue, meant_as, plane_values, polyhedron, surface, user_surface
-from lenscl.materials import index_problems
+from lenscl.lenses import (
+    OCTAHEDRON,
+    Surface,
+    catalogue,
+    coated_planes,
+    face_names,
+    meant_as,
+    plane_values,
+    polyhedron,
+    surface,
+    user_surface,
+)
+from lenscl.materials import Material, index_problems
 
 T = TypeVar("T", bound=Table)
 Report = Callable[[str], None]  # takes one problem, led by its key
@@ -53,6 +65,7 @@ COORDINATES = ("x", "y", "z")
 LENS_KEYS = tuple(LensTable.model_fields)
 _ANYWHERE: Box = ((-1.0,) * 3, (1.0,) * 3)  # stands for bounds that are missing, while an expression is read
 _BRIGHTEST = 1e30  # of a colour: decoded from sRGB it is still a number
+_MOST_NAMED = 24  # faces that a message lists
 _PARALLEL = 4 * 2.0**-52  # sine of the angle of two spans that differ by rounding alone
 BY_HAND = ("method", "precision", "snell", "step", "tolerance")  # keys of [numerics] that accuracy chooses
 
@@ -82,7 +95,7 @@ def read_scene(document: Mapping[str, Any], problems: list[str]) -> Scene | None
     numerics = _read_numerics(document, report)
     effects = _read_effects(document, report)
     environment = _read_environment(document, report)
-    lenses = _read_lenses(document, problems)
+    lenses = _read_lenses(document, None if medium is None else medium.n, problems)
     if source is not None:
         _check_source(source, report)
     if film is not None:
@@ -117,7 +130,11 @@ def read_scene(document: Mapping[str, Any], problems: list[str]) -> Scene | None
 def _check_indices(scene: Scene, prefixes: list[str], report: Report) -> None:
     """Report the materials of which the index is not known at a wavelength that the scene is traced at."""
     materials = {"medium.n": scene.medium}
-    materials |= {f"{at}.n": group.lens.material for at, group in zip(prefixes, scene.lenses.groups, strict=True)}
+    materials |= {
+        f"{at}.n": group.lens.material
+        for at, group in zip(prefixes, scene.lenses.groups, strict=True)
+        if group.lens.has_index
+    }
     asks = f"effects.dispersion = {short(scene.effects['dispersion'])} needs it there"
     for key, material in materials.items():
         found = [problem for nm in scene.wavelengths for problem in index_problems(material.index, nm)]
@@ -264,7 +281,10 @@ def _counted(value: Any) -> Any:
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
-def _read_lenses(document: Mapping[str, Any], problems: list[str]) -> list[tuple[Lens, Places | None]]:
+def _read_lenses(
+    document: Mapping[str, Any], medium: Material | None, problems: list[str]
+) -> list[tuple[Lens, Places | None]]:
+    """Return the lenses; `medium` is what is between them, None where that is not known."""
     report = problems.append
     tables = document.get("lens")
     if tables is None:
@@ -282,7 +302,7 @@ def _read_lenses(document: Mapping[str, Any], problems: list[str]) -> list[tuple
         report(f"lens: at most {MOST_LENSES} lenses are supported, got {len(tables)}; leave some out")
         return []
     _check_names(tables, report)
-    found = [_read_lens(table, at, problems) for table, at in zip(tables, lens_prefixes(tables), strict=True)]
+    found = [_read_lens(table, at, medium, problems) for table, at in zip(tables, lens_prefixes(tables), strict=True)]
     lenses = [lens for lens in found if lens is not None]
     count = sum(1 if at is None else len(at) for _, at in lenses)
     if count > MOST_LENSES:
@@ -315,14 +335,16 @@ def _check_names(tables: list[dict[str, Any]], report: Report) -> None:
             continue  # its own type is reported with the table
         if not NAME.fullmatch(name):
             report(f"{at}: must be a letter or _, then letters, digits or _, got {short(name)}")
-        elif name in LENS_KEYS:
+        elif name in LENS_KEYS and name != "mirror":  # which has no parts, so that lens.mirror.r is told from it
             report(f"{at}: must not be a key of the lens table, got {short(name)}")
         elif name in seen:
             report(f"{at}: {short(name)} is the name of an earlier lens; names must differ")
         seen.add(name)
 
 
-def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> tuple[Lens, Places | None] | None:
+def _read_lens(
+    table: dict[str, Any], at: str, medium: Material | None, problems: list[str]
+) -> tuple[Lens, Places | None] | None:
     before, report = len(problems), problems.append
     own = dict(table)
     # Parameters are judged against the surface, so an unknown key is told from a wrong number
@@ -330,18 +352,28 @@ def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> tuple[Len
     if isinstance(formula, str):
         own = _known_keys(own, formula, at, report)
     read = _read(LensTable, own, at, report)
+    needs_index = "n" not in own and own.get("mirror") is not True
+    if needs_index and read is None:
+        report(_no_index(own, at))
     if read is None:
+        _check_faces_alone(own, at, report)
         return None
     if read.at is not None and "centre" in read.model_fields_set:
         report(f"{at}.at: only one of the two may be given, {at}.at for an array or {at}.centre for one lens")
     made = _surface(read, at, report)
     if made is None or len(problems) > before:
+        if needs_index:
+            report(_no_index(own, at))
         return None
     given = plane_values(read.planes) if read.planes is not None else read.model_extra or {}
     values = {parameter.name: given.get(parameter.name, parameter.default) for parameter in made.parameters}
     for key, what in made.problems(values):
         report(f"{at}.{key}: {what}")
-    if len(problems) > before:
+    if needs_index:
+        report(_no_index(own, at))
+    made = _coated(made, read, at, report)
+    material = medium if read.n is None else read.n
+    if len(problems) > before or material is None:
         return None
     lens = Lens(
         name=read.name,
@@ -353,12 +385,60 @@ def _read_lens(table: dict[str, Any], at: str, problems: list[str]) -> tuple[Len
         centre=read.centre if read.at is None else read.at[0],
         stretch=read.stretch,
         rotate=read.rotate,
-        material=read.n,
+        material=material,
         absorption=read.absorption,
         absorbs=read.absorbs,
         priority=read.priority,
+        mirror=read.mirror,
+        has_index=read.n is not None,
     )
     return lens, read.at
+
+
+def _no_index(table: dict[str, Any], at: str) -> str:
+    return f"{at}.n: is required{'; only mirror = true may leave it out' if table.get('mirror') else ''}"
+
+
+def _coated(made: Surface, read: LensTable, at: str, report: Report) -> Surface:
+    """Report what is wrong with a mirror; return the surface in the form whose search tells the coated faces."""
+    if read.mirror is True and read.absorbs:
+        report(
+            f"{at}.mirror: is true, so that no light gets to what {at}.absorbs = true would take; leave out one of the "
+            "two, or name the faces that are mirrors: the others absorb"
+        )
+    if isinstance(read.mirror, bool):
+        return made
+    _check_faces(made, read.mirror, read.surface, at, report)
+    if made.planes and coated_planes(made, read.mirror) is None:
+        return replace(made, by_planes=False)
+    return made
+
+
+def _check_faces_alone(table: dict[str, Any], at: str, report: Report) -> None:
+    """Report the faces that a surface has not, where other keys of the lens are wrong, too."""
+    formula = table.get("surface")
+    if not isinstance(formula, str) or formula == "polyhedron":  # whose faces are counted by its planes
+        return
+    try:
+        mirror = check_mirror(table.get("mirror", False))
+        is_known = is_catalogue_name(formula)
+        own = tuple(sorted(key for key in table if key not in LENS_KEYS))
+        made = surface(formula) if is_known else _user_surface(formula, own, _ANYWHERE)
+    except (PydanticCustomError, LensclError):  # which is told of in its place
+        return
+    if not isinstance(mirror, bool):
+        _check_faces(made, mirror, formula, at, report)
+
+
+def _check_faces(made: Surface, mirror: tuple[str, ...], formula: str, at: str, report: Report) -> None:
+    known = face_names(made)
+    for name in mirror:
+        if name not in known:
+            listed = ", ".join(short(each) for each in known[:_MOST_NAMED])
+            listed += f" and {len(known) - _MOST_NAMED} more" if len(known) > _MOST_NAMED else ""
+            near = nearest(name, known)
+            hint = near if "did you mean" in near else ""
+            report(f"{at}.mirror: {short(name)} is no face of {short(formula)}; its faces are {listed}{hint}")
 
 
 def _known_keys(table: dict[str, Any], formula: str, at: str, report: Report) -> dict[str, Any]:

@@ -191,6 +191,32 @@ def check_planes(value: Any) -> tuple[tuple[float, float, float, float], ...]:
     return tuple(planes)
 
 
+def check_mirror(value: Any) -> bool | tuple[str, ...]:
+    """Return whether all faces are mirrors, or the names of those that are; whether there are such is judged later."""
+    value = as_plain(value)
+    if isinstance(value, bool):
+        return value
+    what = 'true, false, or a list of names of faces such as ["back"]'
+    if isinstance(value, str):
+        word = value.strip().casefold()
+        hint = f"; write {word}, without quotation marks" if word in ("true", "false") else f"; write [{short(value)}]"
+        raise wrong(f"must be {what}, got {short(value)}{hint}")
+    if not isinstance(value, list | tuple):
+        raise wrong(f"must be {what}, got {short(value)}")
+    if not value:
+        raise wrong(f"must be {what}, got an empty list; where no face is a mirror write false, or leave it out")
+    names: list[str] = []
+    for place, name in enumerate(value, 1):
+        if isinstance(name, int) and not isinstance(name, bool):
+            raise wrong(f'must be {what}; the value at place {place} is a number; write ["{name}"]')
+        if not isinstance(name, str):
+            raise wrong(f"must be {what}; the value at place {place} must be a text, got {short(name)}")
+        if name in names:
+            raise wrong(f"must be {what}; {short(name)} is named twice; keep one of the two")
+        names.append(name)
+    return tuple(names)
+
+
 def check_size(value: Any) -> tuple[int, int]:
     """Return (columns, rows) of a film or a picture."""
     columns, rows = Numbers(2, 2, "two whole numbers [columns, rows]", Whole(1, MOST_PIXELS))(value)
@@ -377,6 +403,18 @@ Planes = Annotated[
             "items": {"type": "array", "items": {"type": "number"}, "minItems": 4, "maxItems": 4},
             "minItems": FEWEST_PLANES,
             "maxItems": MOST_PLANES,
+        }
+    ),
+]
+Mirror = Annotated[
+    bool | tuple[str, ...],
+    PlainValidator(check_mirror),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "boolean"},
+                {"type": "array", "items": {"type": "string"}, "minItems": 1, "uniqueItems": True},
+            ]
         }
     ),
 ]

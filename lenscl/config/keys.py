@@ -20,7 +20,7 @@ _COMPONENTS: dict[str, dict[str, int | str]] = {
     "size": _SIDES,
     "n": {"nd": "nd", "vd": "vd"},  # of an index that is written as a table of the two
 }
-_LENS_KEYS = ("centre", "at", "stretch", "rotate", "n", "absorption", "absorbs", "priority")
+_LENS_KEYS = ("centre", "at", "stretch", "rotate", "n", "absorption", "absorbs", "mirror", "priority")
 _NEVER_SWEPT = ("lens.name", "picture.images")
 _DECIDING = (".surface", ".kind", ".corner", ".centre", ".at")
 # Writing a key takes those away that cannot stand beside it

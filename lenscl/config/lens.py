@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 from lenscl.config.checks import Box, Vec3
 from lenscl.config.places import Places
-from lenscl.lenses import Surface
+from lenscl.lenses import Surface, face_names, is_whole
 from lenscl.materials import Constant, Material
 
 if TYPE_CHECKING:
@@ -39,6 +39,8 @@ class Lens:
     absorbs: bool = False  # opaque: no ray goes on from its surface
     priority: float = 0.0  # where solids overlap the highest is the medium
     planes: tuple[tuple[float, float, float, float], ...] | None = None  # as given: `values` has their numbers
+    mirror: bool | tuple[str, ...] = False  # all faces are mirrors, or these, by name
+    has_index: bool = True  # else its material is that of the medium, which a mirror may leave open
 
     @property
     def n(self) -> float:
@@ -46,11 +48,21 @@ class Lens:
         return self.material.n
 
     @property
+    def coated(self) -> tuple[str, ...]:
+        """The names of the faces that are mirrors."""
+        return (face_names(self.surface) if self.mirror else ()) if isinstance(self.mirror, bool) else self.mirror
+
+    @property
+    def is_mirror(self) -> bool:
+        """Whether all of its faces are mirrors."""
+        return self.mirror if isinstance(self.mirror, bool) else is_whole(self.surface, self.mirror)
+
+    @property
     def solid(self) -> Lens:
         """What it fills and nothing else, moved to the origin: equal for all lenses of equal solids."""
         return replace(
             self, name=None, centre=(0.0, 0.0, 0.0), material=_NONE, absorption=(0.0, 0.0, 0.0), absorbs=False,
-            priority=0.0,
+            priority=0.0, mirror=False, has_index=True,
         )  # fmt: skip
 
 

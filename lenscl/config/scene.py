@@ -334,6 +334,10 @@ def _listed(value: Value) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
+def _listed_names(mirror: bool | tuple[str, ...]) -> Any:
+    return mirror if isinstance(mirror, bool) else list(mirror)
+
+
 def _written(material: Material) -> Any:
     return material.name if material.name is not None else material.index.written()
 
@@ -372,8 +376,9 @@ def _lens_document(group: Group, plain: bool) -> dict[str, Any]:
         **({"centre": list(lens.centre)} if at is None else {"at": at.tolist() if plain else at}),
         "stretch": list(lens.stretch),
         "rotate": list(lens.rotate),
-        "n": _written(lens.material),
+        **({"n": _written(lens.material)} if lens.has_index else {}),
         **({"absorption": list(lens.absorption)} if any(lens.absorption) else {}),
         **({"absorbs": True} if lens.absorbs else {}),
+        **({"mirror": _listed_names(lens.mirror)} if lens.mirror else {}),
         **({"priority": lens.priority} if lens.priority else {}),
     }

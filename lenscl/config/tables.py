@@ -19,6 +19,7 @@ from lenscl.config.checks import (
     Factor,
     Images,
     Medium,
+    Mirror,
     Planes,
     Size,
     Stretch,
@@ -139,13 +140,18 @@ class LensTable(Table):
     )
     stretch: Stretch = Field((1.0, 1.0, 1.0), description="Factors along the axes of the lens; negative ones mirror.")
     rotate: Vector = Field((0.0, 0.0, 0.0), description="Angles in degrees about the fixed axes x, then y, then z.")
-    n: Medium = Field(description="Refractive index inside.")
+    n: Medium | None = Field(
+        None, description="Refractive index inside. With mirror = true it may be left out: it is that of the medium."
+    )
     absorption: Absorption = Field(
         (0.0, 0.0, 0.0),
         description="Absorption coefficients a of red, green and blue, per scene unit: a length L transmits exp(-a L).",
     )
     absorbs: Annotated[bool, *_flag()] = Field(
         False, description="Whether the solid is opaque, as a stop or a mount is."
+    )
+    mirror: Mirror = Field(
+        False, description="Mirrored faces, from both sides: true for all, or names of faces as `lenscl lenses` lists."
     )
     priority: Annotated[float, PlainValidator(checks.Number()), WithJsonSchema({"type": "number"})] = Field(
         0.0, description="Where solids overlap, the one of highest priority is the medium; of equals, the later one."
@@ -244,6 +250,7 @@ def study_schema() -> dict[str, Any]:
     properties["output"] = _schema(OutputTable)
     lens = _schema(LensTable)
     lens["additionalProperties"] = {"type": "number"}
+    lens["anyOf"] = [{"required": ["n"]}, {"properties": {"mirror": {"const": True}}, "required": ["mirror"]}]
     properties["lens"] = {
         "type": "array",
         "description": _LENSES,

@@ -90,6 +90,9 @@ class Variant:
         Whether every ray is traced once for each of several wavelengths, in one launch: a work-item reads the numbers
         of its own one, arrays get a leading axis. Such a variant's fragment hands out the layers, in the place of
         layer_single.cl; it has no hooks.
+    meets_mirrors : bool
+        Whether a reflection by a mirrored face concerns it. It then sees that as a total reflection; other variants do
+        not see it at all.
     """
 
     name: str
@@ -105,6 +108,7 @@ class Variant:
     uses: tuple[Literal["mirrored"], ...] = ()
     needs: tuple[Literal["hessian"], ...] = ()
     layers: bool = False
+    meets_mirrors: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -215,6 +219,7 @@ _ROWS = (
                 Variant(
                     name="absorption",
                     steers=False,
+                    meets_mirrors=True,
                     hooks=("start", "interface"),
                     carries=("red", "green", "blue"),
                     adds=(
@@ -329,6 +334,7 @@ _ROWS = (
                 Variant(
                     name="path_length",
                     steers=False,
+                    meets_mirrors=True,
                     hooks=("start", "interface", "picture"),
                     carries=("path_length",),
                     adds=(
@@ -351,6 +357,7 @@ _ROWS = (
                 Variant(
                     name="footprint",
                     steers=False,
+                    meets_mirrors=True,
                     hooks=("start", "interface", "landing"),
                     carries=(*_WAYS, *_JACOBIAN),
                     adds=(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from lenscl.expr.planar import MOST_PLANES
+from lenscl.lenses.coats import coat_functions, coated_planes, face_at, face_functions, face_names, is_whole
 from lenscl.lenses.meant import meant_as
 from lenscl.lenses.named import catalogue, surface
 from lenscl.lenses.polyhedra import FEWEST_PLANES, OCTAHEDRON, plane_values, polyhedron
@@ -18,6 +19,12 @@ __all__ = [
     "Surface",
     "Vec3",
     "catalogue",
+    "coat_functions",
+    "coated_planes",
+    "face_at",
+    "face_functions",
+    "face_names",
+    "is_whole",
     "meant_as",
     "plane_values",
     "polyhedron",

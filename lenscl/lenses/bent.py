@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 
-from lenscl.lenses.forms import BACK, CONICS, FRONT, SPHERE_SAG, conic, lens_text, rim, sphere
+from lenscl.lenses.forms import BACK, CONICS, FRONT, SPHERE_SAG, conic, named_faces, rim, round_lens, sphere
 from lenscl.lenses.rows import length, read, signed, spelled
 from lenscl.lenses.singlets import ROUNDING, Face, SingletBox, SingletRules
 from lenscl.lenses.solid import Box, Problem, Surface, Values
 
 _ORDER = 20  # highest power of r in an asphere's sag
 _SECTORS = 16  # of a quarter of a disc, and as many rings, where a torus's sag is looked at first
+_CYLINDRICAL = (*(parameter.name for parameter in CONICS), "thickness", "width", "height")
 _SHRINKS = 60  # steps that shrink the neighbourhood of the least place by 2/3 each
 
 
@@ -185,8 +186,9 @@ def _asphere_of(terms: tuple[str, ...]) -> Surface:
         "hypot(x, y) - diameter/2); sag = c*r^2/(1 + sqrt(1 - (1 + k)*c^2*r^2)) + A1*r + A2*r^2 + ... + A20*r^20",
         source="ISO 10110-12, Aspheric surfaces; here without the root, as a conic in z less the terms",
         parameters=(*parameters, *own),
-        expression=read(
-            lens_text(conic("c1", "k1", front), f"-{conic('c2', 'k2', back)}"),
+        **round_lens(
+            conic("c1", "k1", front),
+            f"-{conic('c2', 'k2', back)}",
             *(parameter.name for parameter in (*parameters, *own)),
         ),
         extent=SingletBox(faces),
@@ -226,8 +228,9 @@ def bent_rows() -> tuple[Surface, ...]:
                 length("R2", 1.5, "radius of the back"),
                 *rim(1.4, 0.2),
             ),
-            expression=read(
-                lens_text(f"-{sphere('R1', '(-z - 0.5*thickness)')}", f"-{sphere('R2', BACK)}"),
+            **round_lens(
+                f"-{sphere('R1', '(-z - 0.5*thickness)')}",
+                f"-{sphere('R2', BACK)}",
                 *("R1", "R2", "thickness", "diameter"),
             ),
             extent=SingletBox(_biconcave),
@@ -241,6 +244,13 @@ def bent_rows() -> tuple[Surface, ...]:
             parameters=(length("diameter", 1.4, "of the ball"),),
             expression=read(
                 "max(x^2 + y^2 + (z - 0.25*diameter)^2 - (0.5*diameter)^2, diameter*(z - 0.25*diameter))", "diameter"
+            ),
+            faces=named_faces(
+                {
+                    "front": "x^2 + y^2 + (z - 0.25*diameter)^2 - (0.5*diameter)^2",
+                    "back": "diameter*(z - 0.25*diameter)",
+                },
+                "diameter",
             ),
             extent=_half_ball_box,
             is_convex=True,
@@ -256,6 +266,15 @@ def bent_rows() -> tuple[Surface, ...]:
             ),
             expression=read(
                 "max(x^2 + y^2 + z^2 - (0.5*length)^2, x^2 + y^2 - (0.5*diameter)^2)", "diameter", "length"
+            ),
+            faces=named_faces(
+                {
+                    "front": "min(x^2 + y^2 + z^2 - (0.5*length)^2, -length*z)",
+                    "back": "min(x^2 + y^2 + z^2 - (0.5*length)^2, length*z)",
+                    "rim": "x^2 + y^2 - (0.5*diameter)^2",
+                },
+                "diameter",
+                "length",
             ),
             extent=_drum_box,
             rules=_drum_rules,
@@ -276,8 +295,18 @@ def bent_rows() -> tuple[Surface, ...]:
             expression=read(
                 f"max(max({_cylinder('c1', 'k1', FRONT)}, -{_cylinder('c2', 'k2', BACK)}),"
                 " max(2*abs(x) - width, 2*abs(y) - height))",
-                *(parameter.name for parameter in CONICS),
-                *("thickness", "width", "height"),
+                *_CYLINDRICAL,
+            ),
+            faces=named_faces(
+                {
+                    "front": _cylinder("c1", "k1", FRONT),
+                    "back": f"-{_cylinder('c2', 'k2', BACK)}",
+                    "+x": "2*x - width",
+                    "-x": "-2*x - width",
+                    "+y": "2*y - height",
+                    "-y": "-2*y - height",
+                },
+                *_CYLINDRICAL,
             ),
             extent=SingletBox(_cylinders, "height", "width"),
             rules=SingletRules(_cylinders, "height"),
@@ -295,8 +324,9 @@ def bent_rows() -> tuple[Surface, ...]:
                 signed("c2y", -0.3, "curvature of the back along y"),
                 *rim(1.4, 0.5),
             ),
-            expression=read(
-                lens_text(_toric("c1x", "c1y", FRONT), f"-{_toric('c2x', 'c2y', BACK)}"),
+            **round_lens(
+                _toric("c1x", "c1y", FRONT),
+                f"-{_toric('c2x', 'c2y', BACK)}",
                 *("c1x", "c1y", "c2x", "c2y", "thickness", "diameter"),
             ),
             extent=_toric_box,

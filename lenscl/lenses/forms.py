@@ -5,7 +5,11 @@ The vertices lie at z = -thickness / 2 (front) and z = thickness / 2 (back).
 
 from __future__ import annotations
 
-from lenscl.lenses.rows import length, signed
+from collections.abc import Mapping
+from typing import Any
+
+from lenscl.expr import Expr
+from lenscl.lenses.rows import length, read, signed
 from lenscl.lenses.solid import Parameter
 
 FRONT, BACK = "(z + 0.5*thickness)", "(z - 0.5*thickness)"  # along z from the vertices
@@ -35,9 +39,17 @@ def conic(c: str, k: str, w: str, across: str = "x^2 + y^2") -> str:
     return f"({c}*({across}) - {w}*max(2 - (1 + {k})*{c}*{w}, 1))"
 
 
-def lens_text(front: str, back: str) -> str:
-    """Write the solid behind the front, before the back and within the rim."""
-    return f"max(0.5*diameter*max({front}, {back}), {RIM})"
+def round_lens(front: str, back: str, *parameters: str) -> dict[str, Any]:
+    """Return F, of the solid behind the front, before the back and within the rim, and these faces."""
+    return {
+        "expression": read(f"max(0.5*diameter*max({front}, {back}), {RIM})", *parameters),
+        "faces": named_faces({"front": front, "back": back, "rim": RIM}, *parameters),
+    }
+
+
+def named_faces(texts: Mapping[str, str], *parameters: str) -> tuple[tuple[str, Expr], ...]:
+    """Return faces by their names, each a function that is negative on its inner side."""
+    return tuple((name, read(text, *parameters)) for name, text in texts.items())
 
 
 def rim(diameter: float, thickness: float) -> tuple[Parameter, Parameter]:

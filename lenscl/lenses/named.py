@@ -148,6 +148,10 @@ def _rows() -> tuple[Surface, ...]:
             source="W. Barth, Two projective surfaces with many nodes, J. Algebraic Geom. 5, 1996; t = (1 + sqrt(5))/2",
             parameters=(length("w", 1.0, "scale of the sextic"), length("clip", 1.8, "radius of the ball")),
             expression=read(f"max({_BARTH}, clip^4*(x^2 + y^2 + z^2 - clip^2))", "w", "clip"),
+            faces=(
+                ("sextic", read(_BARTH, "w", "clip")),
+                ("ball", read("clip^4*(x^2 + y^2 + z^2 - clip^2)", "w", "clip")),
+            ),
             extent=_barth_box,
         ),
         Surface(

@@ -22,8 +22,9 @@ from lenscl.lenses.forms import (
     RIM,
     SPHERE_SAG,
     conic,
-    lens_text,
+    named_faces,
     rim,
+    round_lens,
     sphere,
 )
 from lenscl.lenses.rows import length, read, signed
@@ -109,9 +110,7 @@ def optical_rows() -> tuple[Surface, ...]:
                 length("R2", 1.5, "radius of the back"),
                 *rim(1.4, 0.5),
             ),
-            expression=read(
-                lens_text(sphere("R1", FRONT), sphere("R2", BACKWARD)), "R1", "R2", "thickness", "diameter"
-            ),
+            **round_lens(sphere("R1", FRONT), sphere("R2", BACKWARD), "R1", "R2", "thickness", "diameter"),
             extent=SingletBox(_biconvex),
             rules=SingletRules(_biconvex),
             is_convex=True,
@@ -122,7 +121,7 @@ def optical_rows() -> tuple[Surface, ...]:
             formula="max(sag(R) - z - thickness/2, z - thickness/2, hypot(x, y) - diameter/2); " + SPHERE_SAG,
             source="E. Hecht, Optics, sec. 5.2",
             parameters=(length("R", 1.0, "radius of the front"), *rim(1.4, 0.45)),
-            expression=read(lens_text(sphere("R", FRONT), f"2*{BACK}"), "R", "thickness", "diameter"),
+            **round_lens(sphere("R", FRONT), f"2*{BACK}", "R", "thickness", "diameter"),
             extent=SingletBox(_plano_convex),
             rules=SingletRules(_plano_convex),
             is_convex=True,
@@ -138,9 +137,7 @@ def optical_rows() -> tuple[Surface, ...]:
                 length("R2", 1.8, "radius of the back, which is hollow"),
                 *rim(1.4, 0.4),
             ),
-            expression=read(
-                lens_text(sphere("R1", FRONT), f"-{sphere('R2', BACK)}"), "R1", "R2", "thickness", "diameter"
-            ),
+            **round_lens(sphere("R1", FRONT), f"-{sphere('R2', BACK)}", "R1", "R2", "thickness", "diameter"),
             extent=SingletBox(_meniscus),
             rules=SingletRules(_meniscus),
         ),
@@ -161,6 +158,7 @@ def optical_rows() -> tuple[Surface, ...]:
             source="elementary",
             parameters=(length("diameter", 0.8, "of the cylinder"), length("length", 1.4, "from end to end")),
             expression=read(f"max({RIM}, diameter*(abs(z) - 0.5*length))", "diameter", "length"),
+            faces=named_faces({"front": "-z - 0.5*length", "back": "z - 0.5*length", "rim": RIM}, "diameter", "length"),
             extent=_rod_box,
             is_convex=True,
         ),
@@ -187,6 +185,19 @@ def optical_rows() -> tuple[Surface, ...]:
             ),
             extent=_prism_box,
             is_convex=True,
+            faces=named_faces(
+                {
+                    "front": f"sin({_HALF_APEX})*y - cos({_HALF_APEX})*z"
+                    f" - 2/3*side*sin({_HALF_APEX})*cos({_HALF_APEX})",
+                    "back": f"sin({_HALF_APEX})*y + cos({_HALF_APEX})*z - 2/3*side*sin({_HALF_APEX})*cos({_HALF_APEX})",
+                    "base": f"-y - 1/3*side*cos({_HALF_APEX})",
+                    "+x": "x - 0.5*length",
+                    "-x": "-x - 0.5*length",
+                },
+                "apex",
+                "side",
+                "length",
+            ),
             by_planes=False,  # its kernel and its proofs at edges, in twice the precision, stay as they are
         ),
         Surface(
@@ -200,6 +211,14 @@ def optical_rows() -> tuple[Surface, ...]:
                 "diameter",
                 "height",
             ),
+            faces=named_faces(
+                {
+                    "side": "height*sqrt(x^2 + y^2) - 0.5*diameter*(0.5*height - z)",
+                    "base": "-0.5*diameter*(z + 0.5*height)",
+                },
+                "diameter",
+                "height",
+            ),
             extent=_cone_box,
             is_convex=True,
         ),
@@ -210,11 +229,8 @@ def optical_rows() -> tuple[Surface, ...]:
             + CONIC_SAG,
             source="ISO 10110-12, Aspheric surfaces; k: 0 sphere, -1 paraboloid, below hyperboloid, above ellipsoid",
             parameters=(*CONICS, *rim(1.4, 0.5)),
-            expression=read(
-                lens_text(conic("c1", "k1", FRONT), f"-{conic('c2', 'k2', BACK)}"),
-                *_CONIC_NAMES,
-                "thickness",
-                "diameter",
+            **round_lens(
+                conic("c1", "k1", FRONT), f"-{conic('c2', 'k2', BACK)}", *_CONIC_NAMES, "thickness", "diameter"
             ),
             extent=SingletBox(_conics),
             rules=SingletRules(_conics),
@@ -226,8 +242,9 @@ def optical_rows() -> tuple[Surface, ...]:
             "hypot(x, y) - diameter/2); sag = c*r^2/(1 + sqrt(1 - (1 + k)*c^2*r^2)) + A4*r^4 + A6*r^6 + A8*r^8",
             source="ISO 10110-12, Aspheric surfaces; here without the root, as a conic in z less the even terms",
             parameters=(*CONICS, *_EVEN, *rim(1.4, 0.5)),
-            expression=read(
-                lens_text(conic("c1", "k1", _even(FRONT, "A")), f"-{conic('c2', 'k2', _even(BACK, 'B'))}"),
+            **round_lens(
+                conic("c1", "k1", _even(FRONT, "A")),
+                f"-{conic('c2', 'k2', _even(BACK, 'B'))}",
                 *_CONIC_NAMES,
                 *_EVEN_NAMES,
                 "thickness",

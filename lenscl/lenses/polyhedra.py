@@ -9,7 +9,8 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from lenscl.expr import Expr, build, number, symbol
+from lenscl.expr import Expr, number, symbol
+from lenscl.lenses.coats import largest
 from lenscl.lenses.rows import length, read, spelled
 from lenscl.lenses.solid import Box, Parameter, Problem, Surface, Values
 
@@ -19,14 +20,6 @@ FEWEST_PLANES = 4  # no bounded solid has less
 OCTAHEDRON: tuple[Row, ...] = tuple((a, b, c, 1.0) for a in (-1.0, 1.0) for b in (-1.0, 1.0) for c in (-1.0, 1.0))
 _LARGEST = 1e300
 _DEGREE = "0.017453292519943295"  # radians
-
-
-def largest(parts: Sequence[Expr]) -> Expr:
-    """Return the max of some expressions, as a tree that is as shallow as it can be."""
-    if len(parts) == 1:
-        return parts[0]
-    half = (len(parts) + 1) // 2
-    return build("max", largest(parts[:half]), largest(parts[half:]))
 
 
 def plane_values(planes: Sequence[Row]) -> dict[str, float]:
@@ -110,6 +103,7 @@ def _wedge() -> Surface:
         ),
         extent=_wedge_box,
         rules=_wedge_rules,
+        plane_names=("front", "back", "+x", "-x", "+y", "-y"),
         is_convex=True,
     )
 
@@ -127,26 +121,32 @@ _BRILLIANT = {
 }
 
 
-def _brilliant_faces() -> Iterator[str]:
-    """Yield the functions whose largest is F; rho stands for the distance from the axis along a face's normal."""
+def _brilliant_faces() -> Iterator[tuple[str, str]]:
+    """Yield the functions whose largest is F, each behind its kind.
+
+    rho stands for the distance from the axis along a face's normal.
+    """
     R, h, t, e = (f"({text})" for text in _BRILLIANT.values())
     star = f"({e} + 0.01*star*({R} - {e}))"  # the lower corner of a star, at H
     lower = f"({R} - 0.01*lower*{R})"  # the lower corner of the lower girdle facets, at H
     sin_a, cos_a = f"sin({_DEGREE}*crown_angle)", f"cos({_DEGREE}*crown_angle)"
     sin_b, cos_b = f"sin({_DEGREE}*pavilion_angle)", f"cos({_DEGREE}*pavilion_angle)"
-    yield f"z - {h} - ({R} - {t})*{sin_a}/{cos_a}"
+    yield "table", f"z - {h} - ({R} - {t})*{sin_a}/{cos_a}"
     for i in range(8):
         main, half = 2 * i * _HALF, (2 * i + 1) * _HALF
-        yield f"{sin_a}*({_rho(main)} - {R}) + {cos_a}*(z - {h})"
-        yield f"{sin_b}*({_rho(main)} - {R}) - {cos_b}*(z + {h})"
+        yield "bezels", f"{sin_a}*({_rho(main)} - {R}) + {cos_a}*(z - {h})"
+        yield "mains", f"{sin_b}*({_rho(main)} - {R}) - {cos_b}*(z + {h})"
         steep, flat = f"({star}*{_COS_HALF} - {t})", f"({star} - {e})"
-        yield (f"{steep}*{sin_a}*({_rho(half)} - {e}) + {flat}*({cos_a}*(z - {h}) - {sin_a}*({R} - {t}))")
+        yield "stars", f"{steep}*{sin_a}*({_rho(half)} - {e}) + {flat}*({cos_a}*(z - {h}) - {sin_a}*({R} - {t}))"
     for i in range(16):
         rho, rim = _rho((2 * i + 1) * _QUARTER), f"{R}*{_COS_QUARTER}"
-        yield f"{rho} - {rim}"
-        for corner, side, sine, cosine in ((star, "(z - {h})", sin_a, cos_a), (lower, "(-z - {h})", sin_b, cos_b)):
+        yield "girdle", f"{rho} - {rim}"
+        for kind, corner, side, sine, cosine in (
+            ("upper", star, "(z - {h})", sin_a, cos_a),
+            ("lower", lower, "(-z - {h})", sin_b, cos_b),
+        ):
             steep, flat = f"({R} - {corner}*{_COS_HALF})", f"{_COS_QUARTER}*({R} - {corner})"
-            yield f"{steep}*{sine}*({rho} - {rim}) + {flat}*{cosine}*{side.format(h=h)}"
+            yield kind, f"{steep}*{sine}*({rho} - {rim}) + {flat}*{cosine}*{side.format(h=h)}"
 
 
 def _rho(azimuth: float) -> str:
@@ -198,7 +198,8 @@ def _brilliant() -> Surface:
         formula="the largest of 73 planes: table, 8 bezels, 8 stars, 32 girdle facets, 16 of the girdle, 8 mains",
         source="M. Tolkowsky, Diamond Design, 1919; proportions as gem laboratories print them",
         parameters=parameters,
-        expression=largest([read(face, *names) for face in _brilliant_faces()]),
+        expression=largest([read(face, *names) for _, face in _brilliant_faces()]),
+        plane_names=tuple(kind for kind, _ in _brilliant_faces()),
         extent=_brilliant_box,
         rules=_brilliant_rules,
         is_convex=True,
@@ -220,6 +221,7 @@ def flat_rows() -> tuple[Surface, ...]:
             ),
             expression=read("max(abs(x) - 0.5*a, abs(y) - 0.5*b, abs(z) - 0.5*c)", "a", "b", "c"),
             extent=_box_box,
+            plane_names=("+x", "-x", "+y", "-y", "+z", "-z"),
             is_convex=True,
         ),
         _wedge(),

@@ -92,6 +92,11 @@ class Surface:
         What tells surfaces of one name apart that have different code; empty where there is one.
     given_as : str
         The key of a lens table that holds the parameters as a list; empty where each has a key of its own.
+    faces : tuple of (str, Expr)
+        The faces that a mirror may name, each a function that is negative on its inner side; their `max` has F's sign.
+        Empty where a catalogue surface is one face, and for solids of planes and expressions: see `face_functions`.
+    plane_names : tuple of str
+        Of a solid of planes, the face that each of its planes belongs to; empty where they are numbered.
     """
 
     name: str
@@ -112,6 +117,8 @@ class Surface:
     by_planes: bool = True
     variant: str = ""
     given_as: str = ""
+    faces: tuple[tuple[str, Expr], ...] = ()
+    plane_names: tuple[str, ...] = ()
 
     @property
     def key(self) -> str:

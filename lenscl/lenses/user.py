@@ -14,7 +14,20 @@ from lenscl.lenses.solid import Box, Parameter, Surface, Values
 
 COORDINATES = ("x", "y", "z")
 LENS_TABLE_KEYS = frozenset(
-    ["surface", "name", "centre", "stretch", "rotate", "n", "bounds", "planes", "absorption", "absorbs", "priority"]
+    [
+        "surface",
+        "name",
+        "centre",
+        "stretch",
+        "rotate",
+        "n",
+        "bounds",
+        "planes",
+        "absorption",
+        "absorbs",
+        "priority",
+        "mirror",
+    ]
 )  # parameters stand beside these in a study file
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 _LARGEST = 1e300

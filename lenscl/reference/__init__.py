@@ -16,6 +16,7 @@ from lenscl.reference import certified, companion, oracle
 from lenscl.reference.certified import sign_polynomial
 from lenscl.reference.library import flint_trouble
 from lenscl.reference.march import first_root
+from lenscl.reference.mirror import on_mirror
 from lenscl.reference.paint import paint
 from lenscl.reference.placement import Placement
 from lenscl.reference.rays import film_rays
@@ -33,6 +34,7 @@ __all__ = [
     "first_root",
     "flint_trouble",
     "land",
+    "on_mirror",
     "oracle",
     "paint",
     "reflect",

@@ -275,13 +275,20 @@ class _Path:
                 continue
             if self.events >= self.scene.numerics.max_events:
                 return self._ended(RayStatus.TRAPPED)
+            if self._is_mirrored(met, before, after):
+                self._reflect(met)
+                self._shake()
+                continue
             if any(number is not None and self.scene.blocks(number) for number in (before, after)):
                 self.events += 1
                 return self._ended(RayStatus.BLOCKED)
             if not self._bent(met, before, after):
                 return self._ended(RayStatus.TOTAL_REFLECTION)
-            if self.shake is not None:
-                self.direction = unit(plus(self.direction, vector(self.shake(self.events - 1)[1])))
+            self._shake()
+
+    def _shake(self) -> None:
+        if self.shake is not None:
+            self.direction = unit(plus(self.direction, vector(self.shake(self.events - 1)[1])))
 
     def _travels(self, far: arb) -> None:
         medium = self._medium(self.inside)
@@ -311,13 +318,15 @@ class _Path:
         nearest = reduce(lambda a, b: b if b[0] < a[0] else a, found)
         number, local = nearest[1:]
         lens, normal = self.lenses[number], self._normal(number, local)
-        first = Met(frozenset({number}), number, nearest[0], lens.point_to_world(local), normal, lens.size)
-        touching = {
-            other
+        first = Met(
+            frozenset({number}), number, nearest[0], lens.point_to_world(local), normal, lens.size, {number: local}
+        )
+        places = {
+            other: its_local
             for t, other, its_local in found
             if other != number and first.touches(t, self._normal(other, its_local), self.direction)
         }
-        return replace(first, lenses=first.lenses | touching)
+        return replace(first, lenses=first.lenses | places.keys(), places={**first.places, **places})
 
     def _normal(self, number: int, local: Vector) -> Vector:
         lens = self.lenses[number]
@@ -325,12 +334,31 @@ class _Path:
             local = plus(local, lens.vector_to_local(vector(self.shake(self.events)[0])))
         return lens.normal(lens.at(local).slopes)
 
-    def _bent(self, met: Met, before: int | None, after: int | None) -> bool:
-        """Go through the surface between two media; False where the ray ends in total reflection."""
+    def _is_mirrored(self, met: Met, before: int | None, after: int | None) -> bool:
+        """Say whether a solid that is the medium before the surface or behind it has a mirrored face there."""
+        open_edge = False
+        for number in (before, after):
+            if number is None or number not in met.lenses or not self.scene.lenses[number].mirror:
+                continue
+            side = 1 if self.scene.lenses[number].is_mirror else self.lenses[number].on_mirror(met.places[number])
+            if side > 0:
+                return True
+            open_edge |= side == 0
+        if open_edge:
+            raise UndecidableError("the ray meets an edge between a mirrored face and another one")
+        return False
+
+    def _reflect(self, met: Met) -> None:
+        """Reflect the ray on its side of a surface."""
+        against, cosine = self._facing(met)
+        self.origin, self.on = met.point, met.lenses
+        self.events += 1
+        self.direction = plus(self.direction, times(2 * cosine, against))
+
+    def _facing(self, met: Met) -> tuple[Vector, arb]:
+        """Return the unit normal of the surface against the ray, and the cosine of incidence."""
         from flint import arb
 
-        n_before, n_after = self._index(before), self._index(after)
-        eta = arb(n_before) / arb(n_after)
         against = unit(times(arb(-1) if met.nearest in self.inside else arb(1), met.normal))
         cosine = -dot(self.direction, against)
         if not all(each.rad() < _NORMAL for each in against):
@@ -339,6 +367,15 @@ class _Path:
             )
         if not cosine > 0:
             raise UndecidableError("the ray grazes the surface")
+        return against, cosine
+
+    def _bent(self, met: Met, before: int | None, after: int | None) -> bool:
+        """Go through the surface between two media; False where the ray ends in total reflection."""
+        from flint import arb
+
+        n_before, n_after = self._index(before), self._index(after)
+        eta = arb(n_before) / arb(n_after)
+        against, cosine = self._facing(met)
         self.origin, self.on = met.point, met.lenses
         self.events += 1
         behind = 1 - eta**2 * (1 - cosine**2)

@@ -8,6 +8,7 @@ from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 from lenscl.config import Lens, Lenses
+from lenscl.lenses import coat_functions
 from lenscl.reference.crossing import first_crossing
 from lenscl.reference.jets import Jet, contains_zero, jet
 from lenscl.reference.vectors import minus, plus, times, turned, vector
@@ -47,6 +48,9 @@ class Placed:
         self.expression = lens.surface.as_written
         self.values = {name: Jet(arb(value), (arb(0),) * 3) for name, value in lens.values.items()}
         self.along = {name: Jet(arb(value), (arb(0),)) for name, value in lens.values.items()}
+        # Of its faces, the mirrored ones and the others; None where it has not both
+        has_both = bool(lens.mirror) and not lens.is_mirror
+        self.coats = coat_functions(lens.surface, lens.coated, as_written=True) if has_both else None
         self.looks = 0  # at F along rays, so far: what an answer costs
         self.centre, self.stretch = vector(lens.centre), vector(lens.stretch)
         self.turns = [_turn(axis, degrees) for axis, degrees in enumerate(lens.rotate)]
@@ -94,6 +98,15 @@ class Placed:
             for i, (name, p) in enumerate(zip("xyz", local, strict=True))
         }
         return jet(self.expression, {**self.values, **sides})
+
+    def on_mirror(self, local: Vector) -> int:
+        """Return 1 where a surface point lies on a mirrored face, -1 where it lies on another one, 0 on an edge."""
+        from flint import arb
+
+        assert self.coats is not None, "asked of a lens that has both kinds of faces"
+        at = {name: Jet(p, (arb(0),)) for name, p in zip("xyz", local, strict=True)}
+        coat, rest = (jet(each, {**self.along, **at}).value for each in self.coats)
+        return int(coat > rest) - int(coat < rest)
 
     def may_hold(self, local: Vector) -> bool:
         """Say whether a local point may lie in the bounding box."""

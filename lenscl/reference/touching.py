@@ -5,6 +5,7 @@ Scenes are written in float64, so faces that are meant to coincide may be apart 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -37,6 +38,8 @@ class Met:
         World; on that surface, and of it: outward, of any length.
     size : arb
         Of that lens, in scene units.
+    places : mapping of int to Vector
+        Where each of the surfaces is met, in its lens's own space.
     """
 
     lenses: frozenset[int]
@@ -45,6 +48,7 @@ class Met:
     point: Vector
     normal: Vector
     size: arb
+    places: Mapping[int, Vector]
 
     def touches(self, t: arb, normal: Vector, direction: Vector) -> bool:
         """Say whether a surface that the ray meets at `t`, with this normal, is in contact with the nearest.

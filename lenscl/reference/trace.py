@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from lenscl.config import Lens, Scene
 from lenscl.expr import evaluate, evaluate_with_error, gradient
-from lenscl.reference import contact, march, rays, screen, snell
+from lenscl.reference import contact, march, mirror, rays, screen, snell
 from lenscl.reference.placement import Placement
 from lenscl.reference.stops import picture_stops
 from lenscl.status import RayStatus
@@ -40,6 +40,7 @@ class Steps:
     together: Callable[..., Any] = contact.together
     refract: Callable[..., Any] = snell.refract
     reflect: Callable[[Array, Array], Array] = snell.reflect
+    on_mirror: Callable[..., tuple[Any, Any]] = mirror.on_mirror
     land: Callable[..., Any] = screen.land
     stops: Callable[..., Any] = screen.stops
 
@@ -122,7 +123,7 @@ class _Tracer:
         crossed, edge = self.steps.together(t, found, spread, normal)
         met, row = found.any(axis=0), np.arange(len(asks))
         lens_met = np.argmin(t, axis=0)
-        point, normal = point[lens_met, row], normal[lens_met, row]
+        points, point, normal = point, point[lens_met, row], normal[lens_met, row]
         length = np.linalg.norm(normal, axis=1)
         last = np.where(crossed, t, -np.inf).max(axis=0)
         edge |= ~((length > 0) & np.isfinite(length))
@@ -135,6 +136,8 @@ class _Tracer:
         before, after = self.medium(inside), self.medium(inside ^ crossed)
         passes = met & (before == after)
         trapped = met & ~undecided & ~passes & (self.events[asks] >= self.scene.numerics.max_events)
+        reflects, open_edge = self._mirrors(asks, points, found & crossed, before, after)
+        undecided |= open_edge & met & ~passes & ~trapped
         self.status[asks[trapped]] = RayStatus.TRAPPED
         self.lands[asks[~met & ~undecided]] = True
         goes = met & ~undecided & ~trapped
@@ -147,7 +150,29 @@ class _Tracer:
         bends = goes & ~passes
         leaves = inside[lens_met, row][bends]
         facing = np.where(leaves[:, None], -1.0, 1.0) * normal[bends] / length[bends, None]
-        self._bend(asks[bends], facing, before[bends], after[bends], crossed[:, bends])
+        self._bend(asks[bends], facing, before[bends], after[bends], crossed[:, bends], reflects[bends])
+
+    def _mirrors(
+        self,
+        asks: NDArray[np.intp],
+        points: Array,
+        met: NDArray[np.bool_],
+        before: NDArray[np.int64],
+        after: NDArray[np.int64],
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return which rays meet a mirrored face of a solid that is a medium there, and of which that is not known."""
+        reflects, edge = np.zeros((2, len(asks)), np.bool_)
+        for number, lens in enumerate(self.scene.lenses):
+            some = np.flatnonzero(met[number] & ((before == number) | (after == number))) if lens.mirror else asks[:0]
+            if not some.size:
+                continue
+            point, start = points[number, some], self.point[asks[some]]
+            reach = np.maximum(np.abs(point), np.abs(start)).max(axis=1)
+            direction = self.direction[asks[some]]
+            coated, unsure = self.steps.on_mirror(lens, self.steps.placement(lens), point, direction, reach)
+            reflects[some] |= coated & ~unsure
+            edge[some] |= unsure
+        return reflects, edge & ~reflects
 
     def _landing(
         self, asks: NDArray[np.intp], nearest: Array, spread: Array, normal: Array
@@ -192,6 +217,7 @@ class _Tracer:
         before: NDArray[np.int64],
         after: NDArray[np.int64],
         crossed: NDArray[np.bool_],
+        mirrors: NDArray[np.bool_],
     ) -> None:
         index = np.array([*(lens.n for lens in self.scene.lenses), self.scene.n_medium])  # the last is at _NOWHERE
         refract = self.steps.refract if self.scene.numerics.snell == "exact" else snell.refract_paraxial
@@ -202,14 +228,16 @@ class _Tracer:
         came = self.direction[go]
         self.origin[go] = self.point[go]
         self.events[go] += 1
+        total &= ~mirrors
         self.total[go] += total
-        self.inside[:, go] ^= crossed & ~total
+        self.inside[:, go] ^= crossed & ~total & ~mirrors
         self.direction[go] = np.where(total[:, None], turned if follows else self.direction[go], bent)
+        self.direction[go[mirrors]] = turned[mirrors]
         if not follows:
             self.status[go[total]] = RayStatus.TOTAL_REFLECTION
             self.travels[go[total]] = False
         opaque = np.array([*(self.scene.blocks(number) for number in range(len(self.scene.lenses))), False])
-        blocks = opaque[before] | opaque[after]
+        blocks = (opaque[before] | opaque[after]) & ~mirrors
         self.status[go[blocks]] = RayStatus.BLOCKED
         self.direction[go[blocks]] = came[blocks]  # nothing bends it
         self.travels[go[blocks]] = False

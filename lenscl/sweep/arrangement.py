@@ -48,6 +48,8 @@ def arrangement_spots(scene: Scene, first: int, second: int) -> Iterator[tuple[i
     why = _why(scene, low, high)
     at = "" if lie.place is None else f", as at ({', '.join(f'{part:.4g}' for part in lie.place)})"
     one_interface = "faces that coincide are one interface, as if cemented: one event between the two media"
+    if scene.lenses[first].mirror or scene.lenses[second].mirror:
+        one_interface += ", and a mirrored one of them reflects"
     also = f"; {one_interface}" if lie.touches else ""
     match lie.how:
         case "within" | "around":
@@ -56,9 +58,10 @@ def arrangement_spots(scene: Scene, first: int, second: int) -> Iterator[tuple[i
                 text = f"lies in {keys[outer]}, whose medium gives way there: {why}{also}"
                 yield inner, f"within-{keys[outer]}", text
             else:
+                mirrors = ", its mirrored faces reflect none," if scene.lenses[inner].mirror else ""
                 text = (
-                    f"lies in {keys[outer]}, which is the medium there: {why}; so it bends no light and is not seen. "
-                    f"{_remedy(scene, inner, outer)} makes it seen"
+                    f"lies in {keys[outer]}, which is the medium there: {why}; so it bends no light{mirrors} and is "
+                    f"not seen. {_remedy(scene, inner, outer)} makes it seen"
                 )
                 yield inner, f"hidden-{keys[outer]}", text
         case "overlap":

@@ -256,13 +256,15 @@ def _reflecting(scene: Scene, lenses: Collection[int], rays_given: bool) -> Iter
 def _reflects_in(scene: Scene, group: Group, may_start: bool) -> Finding:
     """Return whether the surface of a lens may reflect totally; `may_start`: rays may start in it, too."""
     lens, key = group.lens, scene.table_key(group)
+    if lens.is_mirror:
+        return Finding(holds=False, why=f"{key} is a mirror")
     if scene.stops_light(group):
         return Finding(holds=False, why=f"{key} is opaque")
     if lens.n == scene.n_medium:
         return Finding(holds=False, why=f"{key} has the index around it")
     if lens.n < scene.n_medium:
         return Finding(holds=True, why=f"rays enter {key} to a lower index")
-    if not is_sphere(lens):
+    if lens.mirror or not is_sphere(lens):
         return Finding(holds=True, why=f"rays leave {key} to a lower index, and no bound on their angles is known")
     if may_start:
         return Finding(holds=True, why=f"rays leave {key} to a lower index that may start within it")

@@ -49,6 +49,7 @@ from lenscl.tracing.memory import hold
 from lenscl.tracing.outlines import Outlines
 from lenscl.tracing.raymap import BrightCells, Caustic, RayMap
 from lenscl.tracing.samples import edges, trace_given
+from lenscl.tracing.start import locate
 from lenscl.tracing.tubes import CORNERS, LANDS, Account, TubeRays, parts_of_cells
 
 _PICTURE = np.uint8(RayStatus.PICTURE)
@@ -315,8 +316,14 @@ def _points(scene: Scene, at: Array) -> Array:
 
 def _may_meet_more(scene: Scene) -> bool:
     """Say whether light that a lens has bent may meet another one, or the same one again."""
-    is_bent = not all(map(scene.stops_light, scene.lenses.groups))
-    return is_bent and (len(scene.lenses) > 1 or not scene.lenses[0].surface.is_convex)
+    groups = scene.lenses.groups
+    if not any(group.lens.mirror or not scene.stops_light(group) for group in groups):
+        return False
+    first, at = groups[0].lens, scene.source.at
+    if len(scene.lenses) > 1 or not first.surface.is_convex:
+        return True
+    is_within = at is not None and locate(scene, np.array([at], dtype=np.float64))[0][0] >= 0
+    return bool(first.mirror) and (not first.is_mirror or is_within)
 
 
 def _corner_scene(scene: Scene) -> Scene:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from lenscl.codegen import EMPTY, KernelSource, Structure
 from lenscl.config import Film, Picture, Scene
 from lenscl.lenses import Vec3
-from lenscl.tracing.blur import blur_of, searched
+from lenscl.tracing.blur import blur_of, coat_noise, searched
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.start import locate, locate_colours, locate_sets
 from lenscl.tracing.tabled import table_indices, table_numbers
@@ -40,6 +40,9 @@ def scene_numbers(scene: Scene, source: KernelSource) -> Mapping[str, ArrayLike]
         if source.structure.nests:
             expression = searched(lens, source.structure.methods[number])
             values |= _prefixed(f"lens_{number}", blur_of(lens, expression, source.structure.carried))
+        if coats := source.structure.coats:
+            noise = coat_noise(lens, source.structure.carried) if number in coats else 0.0
+            values[f"lens_{number}.coat_noise"] = noise
         values |= {f"lens_{number}.{name}": getattr(lens, name) for name, _ in source.structure.lens_reads}
         values |= _prefixed(f"shape_{number}", source.shape_values(number, lens.values))
     return values | index_numbers(scene, source)

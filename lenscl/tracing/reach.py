@@ -6,7 +6,7 @@ do to a ray's direction is bounded where it is convex and reflects no ray on: ea
 degrees less the critical angle at most. So the directions that leave a lens lie in a cone about the film's axis, and
 what is in none of the cones from any lens that is reached is out of reach.
 
-Whatever else bends rays may send them anywhere, and then no lens is left out.
+Whatever else bends rays, a mirror among it, may send them anywhere, and then no lens is left out.
 """
 
 from __future__ import annotations
@@ -106,6 +106,9 @@ def _deviations(scene: Scene, layers: Sequence[Scene], reflecting: Collection[in
     """
     found: dict[int, float] = {}
     for number, group in enumerate(scene.lenses.groups):
+        if group.lens.mirror:
+            found |= dict.fromkeys(group.numbers, inf)
+            continue
         ratios = [layer.lenses.groups[number].lens.n / layer.n_medium for layer in layers]
         if scene.stops_light(group) or all(ratio == 1.0 for ratio in ratios):
             continue

@@ -5,7 +5,8 @@ Input: a `Scene` and a `Device`. Output: the `Structure` that the kernel is writ
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Collection
+from typing import Any, Literal
 
 from lenscl import codegen, device, effects, methods
 from lenscl.codegen import Structure
@@ -100,7 +101,20 @@ def structure_of(scene: Scene, rays: Any, ends: Any, chosen: Device) -> Structur
         stops=stops,
         tabled=tabled,
         colours=colours_of(scene) if tabled and nests else (),
+        mirrors=_mirrors(scene, reached),
     )
+
+
+def _mirrors(scene: Scene, reached: Collection[int]) -> tuple[tuple[int, Literal[True] | tuple[str, ...]], ...]:
+    """Return which of some lenses have mirrored faces, and which, as `Structure.mirrors`."""
+    if not any(group.lens.mirror for group in scene.lenses.groups):
+        return ()
+    found: list[tuple[int, Literal[True] | tuple[str, ...]]] = []
+    for number in reached:
+        lens = scene.lenses.group_of(number).lens
+        if lens.mirror:
+            found.append((number, True if lens.is_mirror else lens.coated))
+    return tuple(found)
 
 
 def check_steps(scene: Scene, structure: Structure) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lenscl.codegen import KernelSource, Table, wide_levels
 from lenscl.config import Scene
-from lenscl.tracing.blur import blur_of, searched
+from lenscl.tracing.blur import blur_of, coat_noise, searched
 from lenscl.tracing.hierarchy import Hierarchy, hierarchy_of, world_boxes
 from lenscl.tracing.placement import Placement
 from lenscl.tracing.tight import search_box
@@ -52,6 +52,10 @@ def table_numbers(scene: Scene, source: KernelSource) -> dict[str, ArrayLike]:
             numbers |= {"colour": colours.astype(np.float64), "bit": 2.0**colours}
             numbers |= {name: np.array([one[name] for one in blurs])[which] for name in ("noise", "size")}
         numbers |= {name: np.array(read, dtype=np.float64) for name, read in reads.items()}
+        if source.structure.coats:
+            is_coated = isinstance(kind.mirror, tuple)
+            noises = [coat_noise(lens, source.structure.carried) if is_coated else 0.0 for lens in kept]
+            numbers["coat_noise"] = np.array(noises)[which]
         values |= {f"{kind.prefix}.lens.{name}": value for name, value in numbers.items()}
         for name in shapes[0]:
             rows = np.stack([np.asarray(one[name], dtype=np.float64) for one in shapes])[which]

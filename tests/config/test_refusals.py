@@ -152,7 +152,7 @@ RULES = [
         "R = 0.7",
         "Q = 0.7",
         "lens.Q: unknown key; known are R, r, name, surface, bounds, centre, at, stretch, rotate, n, absorption, "
-        "absorbs, priority",
+        "absorbs, mirror, priority",
     ),
     ("R = 0.7", "cetre = [0, 0, 1]", 'lens.cetre: unknown key; did you mean "centre"?'),
     ("R = 0.7", 'R = "wide"', 'lens.R: must be a finite number, got "wide"'),

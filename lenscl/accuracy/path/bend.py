@@ -43,8 +43,9 @@ class Bend:
 
 
 def bend_at(
-    hits: Hits, ray: int, before: Array, after: Array, n_before: float, n_other: float, eps: float, *, leaves: bool
-) -> Bend | None:
+    hits: Hits, ray: int, before: Array, after: Array, n_before: float, n_other: float, eps: float, *, leaves: bool,
+    mirrors: bool = False,
+) -> Bend | None:  # fmt: skip
     """Return how a ray bends at a surface point, None where no face has a normal that is known well enough.
 
     Parameters
@@ -60,6 +61,8 @@ def bend_at(
         Of the precision that the ray was carried in.
     leaves : bool
         Whether the ray comes from inside.
+    mirrors : bool
+        Whether a mirrored face reflects it.
     """
     known = np.flatnonzero(np.isfinite(hits.turn[ray]))
     if not known.size:
@@ -80,12 +83,12 @@ def bend_at(
         against=against,
         turn=turn,
         eta=eta,
-        turns_back=eta > 1.0 and onward > 0.0,
+        turns_back=mirrors or (eta > 1.0 and onward > 0.0),
         incidence=math.degrees(math.atan2(sine, cosine)),
         behind=math.degrees(math.atan2(_sine(after, against), abs(onward))),
         k=k,
         k_bound=SAFETY * eps * (1.0 + eta * eta) + 2.0 * eta * eta * turn,
-        margin=_margin(cosine, sine, eta, k),
+        margin=None if mirrors else _margin(cosine, sine, eta, k),
     )
 
 

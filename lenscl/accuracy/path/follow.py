@@ -15,7 +15,7 @@ from lenscl.accuracy.bounds import pixel_bounds
 from lenscl.accuracy.path.bend import bend_at
 from lenscl.accuracy.path.bracket import root_bracket
 from lenscl.accuracy.path.growth import Growth, normal_bend
-from lenscl.accuracy.path.media import Media, media_of, starts_in
+from lenscl.accuracy.path.media import Media, Meeting, media_of, starts_in
 from lenscl.accuracy.path.proved import proved
 from lenscl.accuracy.path.values import Event, Kind, RayPath, Vec3
 from lenscl.accuracy.rounding import reach
@@ -24,6 +24,9 @@ from lenscl.config import Scene
 from lenscl.device import Device
 from lenscl.errors import StudyError
 from lenscl.expr import evaluate
+from lenscl.lenses import face_at
+from lenscl.reference import Placement as ReferencePlacement
+from lenscl.reference import on_mirror
 from lenscl.status import RayStatus
 from lenscl.tracing import (
     Ends,
@@ -211,7 +214,9 @@ def _events(traced: _Traced, media: Media, growth: Growth, made: Sequence[Mappin
         before, after = _unit(traced.directions[i]), _unit(traced.directions[i + 1])
         leg = float(np.linalg.norm(point - traced.points[i]))
         n_before, n_behind = met.n_before(scene), met.n_behind(scene)
-        bend = bend_at(hits, i, before, after, n_before, n_behind, traced.eps, leaves=leaves)
+        mirror = _mirror(scene, met, point, before, leg, traced.eps)
+        is_mirrored = mirror is not None
+        bend = bend_at(hits, i, before, after, n_before, n_behind, traced.eps, leaves=leaves, mirrors=is_mirrored)
         ends_here = traced.status in _ENDS_AT_SURFACE and i + 2 == len(traced.points) and not traced.last_resort
         total = traced.status is RayStatus.TOTAL_REFLECTION if ends_here else bend is not None and bend.turns_back
         grown = None
@@ -222,14 +227,25 @@ def _events(traced: _Traced, media: Media, growth: Growth, made: Sequence[Mappin
             paraxial = scene.numerics.snell == "paraxial"
             growth.through(before, bend.against, turned, bend.eta, bend.k, total=total, paraxial=paraxial)
         grows = grown is not None
-        kind: Kind = "total reflection" if total else "cemented" if met.cemented else "exit" if leaves else "entry"
+        kind: Kind = (
+            "mirror"
+            if is_mirrored
+            else "total reflection"
+            if total
+            else "cemented"
+            if met.cemented
+            else "exit"
+            if leaves
+            else "entry"
+        )
         aside = _ASIDE * min(leg, float(hits.size[i]))
         local = Placement.of(lens).local(point)
         allowed += float(hits.bound[i])  # a search that starts on a surface takes off what F is there
         yield Event(
             number=i + 1,
             kind=kind,
-            lens=scene.lens_key(met.lens),
+            face=None if mirror is None else mirror[1],
+            lens=scene.lens_key(met.lens if mirror is None else mirror[0]),
             before=None if met.before is None else scene.lens_key(met.before),
             after=None if met.behind is None else scene.lens_key(met.behind),
             n_before=n_before,
@@ -252,6 +268,23 @@ def _events(traced: _Traced, media: Media, growth: Growth, made: Sequence[Mappin
             effects=made[i],
         )
         leaves = leaves if total else not leaves
+
+
+def _mirror(
+    scene: Scene, met: Meeting, point: Array, direction: Array, leg: float, eps: float
+) -> tuple[int, str] | None:
+    """Return the lens with a mirrored face that a ray meets, and the name of that face; None where it meets none."""
+    media = [number for number in (met.before, met.behind) if number is not None]
+    for number in [met.lens, *media] if met.cemented else [met.lens]:
+        lens = scene.lenses[number]
+        if not lens.mirror or number not in media:
+            continue
+        reach = np.array([float(np.abs(point).max()) + leg])
+        coarser = eps / float(np.finfo(np.float64).eps)
+        coated, unsure = on_mirror(lens, ReferencePlacement.of(lens), point[None], direction[None], reach, coarser)
+        if coated[0] and not unsure[0]:
+            return number, face_at(lens.surface, lens.values, Placement.of(lens).local(point).tolist())
+    return None
 
 
 def _goes_to(traced: _Traced) -> Array | None:

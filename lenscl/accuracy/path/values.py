@@ -9,7 +9,7 @@ from typing import Any, Literal
 from lenscl.status import RayStatus
 
 Vec3 = tuple[float, float, float]
-Kind = Literal["entry", "exit", "cemented", "total reflection"]
+Kind = Literal["entry", "exit", "cemented", "total reflection", "mirror"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,8 +21,10 @@ class Event:
     number : int
         Counted from 1.
     kind : str
-        "entry" to the lens, "exit" from it, "cemented" where its surface is that of the next lens, too, or
-        "total reflection".
+        "entry" to the lens, "exit" from it, "cemented" where its surface is that of the next lens, too,
+        "total reflection", or "mirror".
+    face : str or None
+        The name of the mirrored face that reflects the ray; None where no mirror does.
     lens : str
         Whose surface it is, as the study's keys call it: "lens", "lens.NAME", or "lens 2" where it has no name. Of two
         in contact it is the one that the ray comes from.
@@ -61,6 +63,7 @@ class Event:
 
     number: int
     kind: Kind
+    face: str | None
     lens: str
     before: str | None
     after: str | None

@@ -24,6 +24,7 @@ from lenscl.accuracy.selfcheck.media import (
     media_along,
     media_beside,
 )
+from lenscl.accuracy.selfcheck.mirrors import met_mirrors_between
 from lenscl.accuracy.selfcheck.walk import LEAVES, Interfaces, Walk
 from lenscl.config import Scene
 
@@ -61,6 +62,9 @@ def arranged(scene: Scene, walk: Walk, eps: float) -> Interfaces:
     n_before, n_other = index_of(scene, before), index_of(scene, other)
     told = np.isfinite(n_before) & np.isfinite(n_other)
 
+    mirrors, unsure = met_mirrors_between(scene, walk, on, before, other, eps)
+    told &= ~unsure
+
     # Of the surfaces that the point lies on the one that serves best
     residual, bound, best = np.zeros(len(ray)), np.full(len(ray), np.inf), nearest.copy()
     smallest = np.full(len(ray), np.inf)
@@ -69,7 +73,7 @@ def arranged(scene: Scene, walk: Walk, eps: float) -> Interfaces:
         if not held.any():
             continue
         goes = np.where(walk.is_reflected[:, None], mirrored(hits, walk.before), walk.after)
-        r, b = bends_between(scene, hits, walk.before, goes, eps, n_before, n_other, turns_back)
+        r, b = bends_between(scene, hits, walk.before, goes, eps, n_before, n_other, turns_back, mirrors)
         with np.errstate(invalid="ignore"):
             ratio = np.where(np.isfinite(b), r / b, np.inf)
         better = held & (ratio < smallest)
@@ -84,8 +88,8 @@ def arranged(scene: Scene, walk: Walk, eps: float) -> Interfaces:
     sums = np.zeros(walk.points.shape[:2])
     sums[event + 1, ray] = hits.bound
 
-    is_opaque = blocks(scene, before) | blocks(scene, other)
-    tells = (before != UNKNOWN) & (other != UNKNOWN) | is_opaque
+    is_opaque = (blocks(scene, before) | blocks(scene, other)) & ~mirrors
+    tells = ((before != UNKNOWN) & (other != UNKNOWN) | is_opaque) & ~unsure
     known = walk.finite & (before != UNKNOWN)
     indices = [scene.n_medium, *(group.lens.n for group in scene.lenses.groups)]
     legs = Clear(

@@ -22,22 +22,23 @@ Mask = NDArray[np.bool_]
 _FAR_OFF = 1e30  # a residual that is no number
 
 
-def bends(scene: Scene, hits: Hits, before: Array, after: Array, eps: float) -> tuple[Array, Array]:
+def bends(scene: Scene, hits: Hits, before: Array, after: Array, eps: float, mirrors: Mask) -> tuple[Array, Array]:
     """Return residuals and bounds, shape (N,), of rays that come to surface points along `before` and leave by `after`.
 
     A point on the edge of several faces is held to the one that serves best. Where no face has a normal that is known
-    well enough, the bound is infinite.
+    well enough, the bound is infinite. `mirrors`, shape (N,), says which rays meet a mirrored face.
     """
     every = [
-        _bent(scene, hits, face, before, after, eps, *_indices(scene, hits, leaves), leaves, turns_back)
+        _bent(scene, hits, face, before, after, eps, *_indices(scene, hits, leaves), leaves, turns_back, mirrors)
         for face, leaves, turns_back in product(range(hits.turn.shape[1]), (False, True), (False, True))
     ]
     return _best(hits, every)
 
 
 def bends_between(
-    scene: Scene, hits: Hits, before: Array, after: Array, eps: float, n_before: Array, n_other: Array, turns_back: Mask
-) -> tuple[Array, Array]:
+    scene: Scene, hits: Hits, before: Array, after: Array, eps: float, n_before: Array, n_other: Array,
+    turns_back: Mask, mirrors: Mask,
+) -> tuple[Array, Array]:  # fmt: skip
     """Return the same as `bends` where the media on both sides are known, and whether the ray stays in the first.
 
     Parameters
@@ -46,11 +47,14 @@ def bends_between(
         Refractive indices of the medium that a ray comes from, and of the one behind the surface.
     turns_back : bool array, shape (N,)
         Whether the ray goes on in the medium that it comes from.
+    mirrors : bool array, shape (N,)
+        Whether it meets a mirrored face.
     """
     every = []
     for face, leaves in product(range(hits.turn.shape[1]), (False, True)):
         through, back = (
-            _bent(scene, hits, face, before, after, eps, n_before, n_other, leaves, turned) for turned in (False, True)
+            _bent(scene, hits, face, before, after, eps, n_before, n_other, leaves, turned, mirrors)
+            for turned in (False, True)
         )
         every.append(tuple(np.where(turns_back, b, a) for a, b in zip(through, back, strict=True)))
     return _best(hits, every)
@@ -79,9 +83,12 @@ def _indices(scene: Scene, hits: Hits, leaves: bool) -> tuple[Array, Array]:
 
 def _bent(
     scene: Scene, hits: Hits, face: int, d: Array, t: Array, eps: float, n_before: Array, n_other: Array, leaves: bool,
-    turns_back: bool,
+    turns_back: bool, mirrors: Mask,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Return the worst residual, with its bound, of a ray that meets one face from one side and goes to one side."""
+    """Return the worst residual, with its bound, of a ray that meets one face from one side and goes to one side.
+
+    A mirrored face turns it back, by the exact law of reflection. Nothing else does so where there is a way through.
+    """
     turn = hits.turn[:, face]
     normal = -hits.normal[:, face] if leaves else hits.normal[:, face]  # against the ray
     n_after = n_before if turns_back else n_other
@@ -93,9 +100,10 @@ def _bent(
     pairs = [(-cos_before, aside), (-cos_after, aside)]
 
     with np.errstate(invalid="ignore", over="ignore"):
-        if scene.numerics.snell == "paraxial":
-            if turns_back:  # which this rule never does
-                return np.ones_like(turn), np.full_like(turn, eps)
+        is_exact = scene.numerics.snell == "exact"
+        if mirrors.any() and not turns_back:
+            pairs.append((np.where(mirrors, 1.0, 0.0), np.full_like(turn, eps)))
+        if not (is_exact or turns_back):
             along = -cos_before[:, None] * normal
             ideal = along + eta[:, None] * (d - along)
             length = np.linalg.norm(ideal, axis=1)
@@ -107,8 +115,9 @@ def _bent(
             pairs.append((across, SAFETY * eps * (n_before + n_after) + turn * np.linalg.norm(change, axis=1)))
             if turns_back:  # only where there is no way through: the squared cosine there is not above zero
                 sin = np.linalg.norm(np.cross(normal, d), axis=1)
-                through = 1.0 - (eta * sin) ** 2
-                pairs.append((through, SAFETY * eps * (1.0 + eta**2) + 2.0 * eta**2 * turn))
+                through = 1.0 - (eta * sin) ** 2 if is_exact else np.ones_like(turn)  # the paraxial rule has one always
+                through_bound = SAFETY * eps * (1.0 + eta**2) + 2.0 * eta**2 * turn if is_exact else eps
+                pairs.append((np.where(mirrors, 0.0, through), np.broadcast_to(through_bound, turn.shape)))
         residual, bound = (np.stack(part) for part in zip(*pairs, strict=True))
         residual = np.where(np.isfinite(residual), residual, _FAR_OFF)
         worst = np.argmax(np.where(np.isfinite(bound), residual / bound, 0.0), axis=0)
@@ -124,7 +133,8 @@ def stopped(scene: Scene, hits: Hits, before: Array, eps: float) -> tuple[Array,
         normal = hits.normal[:, face]
         turned = before - 2.0 * _dot(before, normal)[:, None] * normal
         indices = _indices(scene, hits, leaves)
-        residual, bound = _bent(scene, hits, face, before, turned, eps, *indices, leaves, turns_back=True)
+        none = np.zeros(len(before), np.bool_)
+        residual, bound = _bent(scene, hits, face, before, turned, eps, *indices, leaves, True, none)
         with np.errstate(invalid="ignore"):
             ratio = np.where(np.isfinite(bound), residual / bound, np.inf)
         better = ratio < smallest

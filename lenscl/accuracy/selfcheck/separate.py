@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from lenscl.accuracy.selfcheck.bends import bends, stopped
 from lenscl.accuracy.selfcheck.hits import Hits, Tolerance, candidates, chosen
 from lenscl.accuracy.selfcheck.legs import Clear, sides
+from lenscl.accuracy.selfcheck.mirrors import met_mirrors
 from lenscl.accuracy.selfcheck.walk import Interfaces, Walk
 from lenscl.config import Scene
 
@@ -30,11 +31,13 @@ def separate(scene: Scene, walk: Walk, eps: float) -> Interfaces:
     # Where two lenses touch a ray may have met either
     hits, others, touches = candidates(scene, walk.at, eps, Tolerance.of(scene, eps))
     residual, bound = _bends(scene, walk, hits, eps)
+    mirrors, unsure = met_mirrors(scene, walk, hits, eps)
     if touches.any():
         r, b = _bends(scene, walk, others, eps)
         better = touches & np.isfinite(b) & ~(residual / bound <= r / b)
         residual, bound = np.where(better, r, residual), np.where(better, b, bound)
         hits, others = chosen(better, hits, others), chosen(better, others, hits)
+        mirrors, unsure = met_mirrors(scene, walk, hits, eps)
 
     face = np.argmin(hits.turn, axis=1)
     leaves = np.einsum("ni,ni->n", walk.before, hits.normal[np.arange(n), face]) > 0.0
@@ -42,7 +45,8 @@ def separate(scene: Scene, walk: Walk, eps: float) -> Interfaces:
     sums[event + 1, ray] = hits.bound
 
     blocks = np.concatenate([np.full(len(group), scene.stops_light(group)) for group in scene.lenses.groups])
-    agrees = (blocks[hits.lens] == walk.is_blocked) | (touches & (blocks[others.lens] == walk.is_blocked))
+    ends = blocks[hits.lens] & ~mirrors
+    agrees = (ends == walk.is_blocked) | (touches & (blocks[others.lens] == walk.is_blocked))
 
     # Legs that must be free: of each ray the first one, the one up to where it ended, and the one behind all lenses
     side = np.where(touches, 0, sides(hits, walk.before))
@@ -63,7 +67,7 @@ def separate(scene: Scene, walk: Walk, eps: float) -> Interfaces:
         n_after=np.where(leaves, scene.n_medium, hits.index),
         ratio=np.maximum(hits.index / scene.n_medium, scene.n_medium / hits.index),
         agrees=agrees,
-        tells=np.isfinite(hits.bound),
+        tells=np.isfinite(hits.bound) & ~unsure,
         legs=legs,
         leg_of=np.flatnonzero(free),
         allowed=allowed,
@@ -75,7 +79,9 @@ def separate(scene: Scene, walk: Walk, eps: float) -> Interfaces:
 
 
 def _bends(scene: Scene, walk: Walk, hits: Hits, eps: float) -> tuple[Array, Array]:
-    residual, bound = bends(scene, hits, walk.before, walk.after, eps)
+    mirrors, unsure = met_mirrors(scene, walk, hits, eps)
+    residual, bound = bends(scene, hits, walk.before, walk.after, eps, mirrors)
+    bound = np.where(unsure, np.inf, bound)
     if walk.is_reflected.any():  # and ended there, in the direction in which it came
         r, b = stopped(scene, hits, walk.before, eps)
         residual, bound = np.where(walk.is_reflected, r, residual), np.where(walk.is_reflected, b, bound)
