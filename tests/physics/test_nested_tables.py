@@ -75,6 +75,27 @@ def test_colours_tell_as_much_as_bits(precision: str, coloured: pytest.MonkeyPat
     assert_alike(table, bits, 1e-4 if precision == "single" else 1e-11)
 
 
+def test_mirrored_faces_on_a_plate_reflect_by_colours_as_by_bits(coloured: pytest.MonkeyPatch) -> None:
+    """The plate has a mirrored back, two caps on it mirrored domes, one is a mirror all over, and so is a bubble."""
+    plain = on_a_plate(3, 3)
+    coats = {
+        "lens.plate.mirror": ["-z"],
+        "lens.c0_1.mirror": ["front"],
+        "lens.c2_2.mirror": ["front"],
+        "lens.c1_1.mirror": True,
+        "lens.b2.mirror": True,
+    }
+    scene = plain.replace(coats | {f"effects.{key}": value for key, value in EFFECTS.items()})
+    table = trace(scene)
+    coloured.undo()
+    bits = trace(scene)
+    assert len(table.kernel.structure.kinds) == 5
+    assert (table.events >= 3).sum() > 200
+    assert (table.status == RayStatus.UNDECIDED).mean() < 0.05
+    assert_alike(table, bits, 1e-11)
+    assert (trace(plain).events != bits.events).mean() > 0.2, "mirrors change paths"
+
+
 def test_a_picture_in_the_glass_stops_rays_of_a_table(coloured: pytest.MonkeyPatch) -> None:
     scene = on_a_plate(3, 3, effects=EFFECTS, picture={"corner": [-3.0, 3.0, -0.15]})
     table = trace(scene)

@@ -96,6 +96,28 @@ def test_a_table_traces_as_text_does_with_every_effect(precision: str) -> None:
     assert_alike(table, text, 1e-4 if precision == "single" else 1e-11)
 
 
+@pytest.mark.parametrize("precision", ["single", "double"])
+def test_mirrors_in_a_table_reflect_as_those_in_text(precision: str) -> None:
+    """Of each kind of lens one is plain, one has mirrored faces, and one is a mirror all over."""
+    mirrors = {"box": ["+z", "-x"], "max(x^2 + y^2 - k, abs(z) - 0.1)": ["2"]}
+    lenses = [
+        lens | {"mirror": True if i % 4 == 1 else mirrors.get(lens["surface"], False)} for i, lens in enumerate(mixed())
+    ]
+    film = {"size": [40, 40], "right": [0.8, 0, 0], "down": [0, -0.8, 0]}
+    scene = make_scene(*lenses, film=film, effects=EFFECTS | {"dispersion": False}, numerics={"precision": precision})
+    table = trace(scene)
+    with written(99):
+        text = trace(scene)
+    kinds = [kind.mirror for kind in table.kernel.structure.kinds]
+    assert len(kinds) > 6
+    assert {type(mirror) for mirror in kinds} == {bool, tuple}
+    assert (table.events >= 2).sum() > 100
+    assert (table.status == RayStatus.UNDECIDED).mean() < 0.02
+    assert_alike(table, text, 1e-4 if precision == "single" else 1e-11)
+    plain = trace(make_scene(*mixed(), film=film, numerics={"precision": precision}))
+    assert (plain.events != table.events).sum() > 80, "mirrors change paths"
+
+
 @pytest.mark.parametrize(("seed", "count"), [(1, 9), *(pytest.param(i, 9 + i % 22, marks=pytest.mark.slow)
                                                                   for i in range(20, 60))])  # fmt: skip
 def test_a_table_traces_random_lenses_as_text_does(seed: int, count: int) -> None:
