@@ -89,7 +89,7 @@ def test_mirrored_faces_on_a_plate_reflect_by_colours_as_by_bits(coloured: pytes
     table = trace(scene)
     coloured.undo()
     bits = trace(scene)
-    assert len(table.kernel.structure.kinds) == 5
+    assert len(table.kernel.structure.kinds) == 6
     assert (table.events >= 3).sum() > 200
     assert (table.status == RayStatus.UNDECIDED).mean() < 0.05
     assert_alike(table, bits, 1e-11)
