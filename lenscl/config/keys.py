@@ -6,10 +6,10 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from lenscl.config.build import BY_HAND, COORDINATES, LENS_KEYS, NAME, is_catalogue_name
 from lenscl.config.places import Places
 from lenscl.config.problems import as_plain, key_text, nearest, study_error
-from lenscl.config.tables import ENVIRONMENT, SCENE_TABLES
+from lenscl.config.read_lenses import COORDINATES, LENS_KEYS, NAME, is_catalogue_name
+from lenscl.config.tables import BY_HAND, ENVIRONMENT, SCENE_TABLES
 from lenscl.effects import EFFECTS
 from lenscl.lenses import catalogue
 

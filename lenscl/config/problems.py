@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from lenscl.errors import StudyError
+
+Report = Callable[[str], None]  # takes one problem, led by its key
+_Model = TypeVar("_Model", bound=BaseModel)
 
 _LONGEST_VALUE = 60  # characters of a value that a message repeats
 _LONGEST_PATH = 400
@@ -90,6 +93,16 @@ def from_pydantic(error: ValidationError, at: str, known: Iterable[str]) -> list
             case _:
                 found.append(f"{where}: {item['msg']}")
     return found
+
+
+def validated(model: type[_Model], table: dict[str, Any], at: str, report: Report) -> _Model | None:
+    """Return a table as its model reads it, or None after its problems were reported."""
+    try:
+        return model.model_validate(table)
+    except ValidationError as error:
+        for problem in from_pydantic(error, at, model.model_fields):
+            report(problem)
+    return None
 
 
 def study_error(problems: Iterable[str]) -> StudyError:

@@ -14,9 +14,10 @@ from numbers import Real
 from typing import Any
 
 from lenscl.config.axes import Axis, Span, read_axis
-from lenscl.config.build import LENS_KEYS, Report, read_table
+from lenscl.config.build import read_table
 from lenscl.config.keys import overruled
-from lenscl.config.problems import key_text, short
+from lenscl.config.problems import Report, key_text, short
+from lenscl.config.read_lenses import LENS_KEYS
 from lenscl.config.sampling import MOST_SHARES, shares
 from lenscl.config.tables import TOP_KEYS, SweepTable
 

@@ -38,6 +38,7 @@ _COLOUR = {"type": "array", "items": {"type": "number", "minimum": 0}, "oneOf": 
            "minItems": 1, "maxItems": 3}  # fmt: skip
 MODES = ("grid", "latin", "halton", "sobol", "random")
 MOST_EVENTS = 255
+BY_HAND = ("method", "precision", "snell", "step", "tolerance")  # keys of [numerics] that accuracy chooses
 MOST_POINTS = 10_000_000
 
 
