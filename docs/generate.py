@@ -18,7 +18,7 @@ import click
 from lenscl.cli import main
 from lenscl.config import study_schema
 from lenscl.effects import EFFECTS
-from lenscl.lenses import Parameter, Surface, catalogue
+from lenscl.lenses import Parameter, Surface, catalogue, face_names
 from lenscl.materials import CATALOGUE
 
 Schema = Mapping[str, Any]
@@ -167,7 +167,14 @@ def _lenses() -> Iterator[str]:
         yield f"{surface.summary[:1].upper()}{surface.summary[1:]}.\n"
         yield f"```text\n{surface.formula}\n```\n"
         yield from _parameters(surface)
+        yield f"Faces: {_faces(surface)}.\n"
         yield f"Source: {surface.source}.\n".replace("*", "\\*")
+
+
+def _faces(surface: Surface) -> str:
+    if surface.given_as:
+        return f"`1`, `2`, ..., the places in `{surface.given_as}`"
+    return ", ".join(f"`{name}`" for name in face_names(surface))
 
 
 def _parameters(surface: Surface) -> Iterator[str]:

@@ -27,7 +27,7 @@ import lenscl
 from lenscl.cli import main
 from lenscl.config import study_schema
 from lenscl.effects import EFFECTS, Output
-from lenscl.lenses import catalogue
+from lenscl.lenses import catalogue, face_names
 from lenscl.materials import CATALOGUE
 from lenscl.methods import METHODS
 
@@ -234,6 +234,12 @@ def test_generated_pages_have_every_key_command_lens_and_material(generate: Modu
         assert len(names) > 8
         for name in names:
             assert re.search(rf"(`|^### ){re.escape(name)}\b", pages[page], re.MULTILINE), f"{page}: {name}"
+    for surface in catalogue().values():
+        page = pages["lenses"].partition(f"### {surface.name}\n")[2].partition("\n### ")[0]
+        faces = re.search(r"^Faces: (.+)\.$", page, re.MULTILINE)
+        assert faces is not None, surface.name
+        if not surface.given_as:
+            assert re.findall(r"`([^`]+)`", faces[1]) == list(face_names(surface)), surface.name
     for name in catalogue():
         assert (ROOT / "docs" / "pictures" / "lenses" / f"{name}.jpg").is_file(), (
             f"docs/figures/draw.py gallery: {name}"

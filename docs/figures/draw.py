@@ -1,7 +1,7 @@
 """Draw the pictures of README.md and docs/, from studies of configs/.
 
     python docs/figures/draw.py            # all of them, some minutes
-    python docs/figures/draw.py gallery    # one group: glass, gallery, effects, arrangements or caustics
+    python docs/figures/draw.py gallery    # one group: glass, gallery, effects, arrangements, mirrors or caustics
 
 Each study is rendered by the command line. The result is stored as JPEG of quality 88, so that the repository stays
 small; `lenscl render` itself writes quality 95.
@@ -22,7 +22,7 @@ import OpenImageIO
 ROOT = Path(__file__).parents[2]
 PICTURES = ROOT / "docs" / "pictures"
 QUALITY = 88
-GROUPS = ("glass", "gallery", "effects", "arrangements", "caustics")
+GROUPS = ("glass", "gallery", "effects", "arrangements", "mirrors", "caustics")
 
 
 def _shrunk(source: Path, target: Path) -> None:

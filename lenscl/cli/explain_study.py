@@ -63,14 +63,12 @@ def _always(scene: Scene) -> Iterator[tuple[str, bool, str, str, str]]:
             yield scene.table_key(group), bool(some), "derived", "", why
         nested = findings(scene)[NESTED]
         yield "nested solids", nested.holds, "derived", "ray_nested" if nested.holds else "", nested.why
-    for number in reached:
-        lens = scene.lenses[number]
-        box = tightened(lens)
+    for group, some in tables.items():
+        box = tightened(group.lens) if some else None
         if box is not None:
-            assert lens.surface.promised is not None, "only a user's bounds are tightened"
             low, high = (" ".join(f"{each:.4g}" for each in corner) for corner in box)
             why = f"the bounds are far wider than the solid: rays are searched from ({low}) to ({high})"
-            yield f"{scene.lens_key(number)}.bounds", True, "derived", "", why
+            yield f"{scene.table_key(group)}.bounds", True, "derived", "", why
     if any(group.lens.mirror for group in scene.lenses.groups):
         mirrors = [
             f"{scene.table_key(group)}: {'all faces' if group.lens.is_mirror else ', '.join(group.lens.coated)}"
@@ -152,10 +150,11 @@ def _circumstances(scene: Scene, found: list[Call], timed: Ablation, chosen: Dev
 
 
 def _searches(scene: Scene) -> dict[str, str]:
-    """Return the method that searches each lens, by the lens's key."""
+    """Return the method that searches the lenses of each table, by the table's key."""
     from lenscl.tracing import methods_of
 
-    return {scene.lens_key(number): method.name for number, method in enumerate(methods_of(scene))}
+    methods = methods_of(scene)
+    return {scene.table_key(group): methods[group.first].name for group in scene.lenses.groups}
 
 
 def _document(study: Study, scene: Scene, found: list[Call], timed: Ablation, chosen: Device) -> dict[str, Any]:

@@ -132,3 +132,25 @@ def test_an_array_is_one_row_with_its_count() -> None:
     assert " of its 400 places are reached, the first because rays " in why
     behind = scene.replace({"lens.balls.at": [[0.0, 0.0, 100.0], [0.0, 0.0, 0.0]]})
     assert {name: why for name, *_, why in _always(behind)}["lens.balls"].startswith("1 of its 2 places are reached")
+
+
+def test_an_array_has_one_search_and_one_box(lenscl, tmp_path: Path) -> None:
+    study = tmp_path / "study.toml"
+    study.write_text(f"""{SCREENS}[[lens]]
+name = "balls"
+surface = "x^2 + y^2 + z^2 - r^2"
+r = 0.2
+bounds = [[-2, -2, -2], [2, 2, 2]]
+n = 1.5
+at = [[-0.5, 0, 0], [0.5, 0, 0], [0, 0.5, 0]]
+[[lens]]
+name = "ring"
+surface = "torus"
+n = 1.5
+centre = [0, 0, -1]
+""")
+    found = json.loads(lenscl("explain", study, "--json").stdout)
+    assert found["searches"] == {"lens.balls": "polynomial", "lens.ring": "polynomial"}
+    rows = [row for row in found["effects"] if row["effect"].endswith(".bounds")]
+    assert [row["effect"] for row in rows] == ["lens.balls.bounds"]
+    assert "far wider than the solid" in rows[0]["why"]
