@@ -228,7 +228,7 @@ def test_each_event_names_its_lens_and_on_an_edge_the_face_that_bends() -> None:
     assert [event.lens for event in path.events] == ["lens.stick"] * 2 + ["lens.ball"] * 2
     through = explain_pixel(make_scene({"surface": "rod"}, film={"size": [1, 1]}), 0, 0)
     assert [event.normal for event in through.events] == [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]
-    roof = one_ray(0.0, "max(x + z - 0.4, z - x - 0.4, x^2 + y^2 + z^2 - 1)", lens={"bounds": [[-1.1] * 3, [1.1] * 3]})
+    roof = one_ray(0.0, "max(x + z - 0.4, z - x - 0.4, x^2 + y^2 + z^2 - 1)", lens={"bounds": [[-1.3] * 3, [1.3] * 3]})
     for height in (0.0, 1e-17, 1e-14, -1e-14):  # on the ridge, to rounding, and beside it
         first = explain_pixel(roof.replace({"film.centre.x": height}), 0, 0).events[0]
         assert first.normal is not None
