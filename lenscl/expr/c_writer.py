@@ -29,7 +29,7 @@ bool char uchar short ushort int uint long ulong half float double quad real
 _WORDS = """
 auto break case const constant continue default do else enum extern for global goto if inline kernel local private
 PASTE PASTE_ LANES VW REAL MASK REAL_MAX NUMBER NAN INFINITY MAXFLOAT HUGE_VAL HUGE_VALF
-RUN RAY_WORDS WAVES_REACH IS_DOUBLE PART ROUNDER OF_HALVES OF_ONE OF_TWO
+RUN RAY_WORDS WAVES_REACH IS_DOUBLE IS_FINE LOG_2_HIGH LOG_2_LOW UPPER_HALF PART ROUNDER OF_HALVES OF_ONE OF_TWO
 store_lanes load_lanes to_bytes from_bytes ubytev bytev bitsv anywhere_realv
 as_bits as_numbers to_bits to_numbers
 read_only read_write register restrict return signed sizeof static struct switch typedef uniform union unsigned void

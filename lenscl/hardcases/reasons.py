@@ -35,6 +35,7 @@ _SAID = {  # words of the oracle's messages
     "touches the surface": "multiple root",
     "grazes": "grazing",
     "an edge of the surface": "edge",
+    "edge between a mirrored face": "edge",
     "starts on a surface": "start on a surface",
     "where the search begins": "start on a surface",
     "where it should rise": "start on a surface",
