@@ -107,7 +107,8 @@ static inline realv pow_v(realv a, realv b) {
   for (int k = IS_FINE ? 13 : 7; k > 0; --k) grown = one + r * (realv)((real)1 / (real)k) * grown;
   const realv scale = as_numbers(to_bits((n + bias) * unit));
 
-  const maskv usual = (a >= (realv)REAL_TINY) & (a <= (realv)REAL_MAX) & (abs_v(b) <= (realv)64) &
+  // From half the largest number on, down_scale(a) is less than any normal number
+  const maskv usual = (a >= (realv)REAL_TINY) & (a <= (realv)(REAL_MAX * NUMBER(0.5))) & (abs_v(b) <= (realv)64) &
                       (abs_v(power) < (realv)(IS_FINE ? 700 : 86));
   const maskv zero = (a == (realv)0) & (b > (realv)0) & (b <= (realv)64);
   const realv found = zero ? (realv)0 : grown * scale;

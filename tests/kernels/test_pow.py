@@ -33,7 +33,10 @@ def test_powers_are_right_to_two_ulp_where_they_are_usual(precision: str, width:
     rng = np.random.default_rng(3)
     count, kind = 900, REALS[precision]
     near = 1.0 + rng.normal(size=count) * 10.0 ** rng.uniform(-16, -1, count)
-    base = np.concatenate([10.0 ** rng.uniform(-12, 3, count), rng.uniform(0, 2, count), near])
+    limits = np.log10([float(np.finfo(kind).tiny), float(np.finfo(kind).max)])
+    ends = np.concatenate([10.0 ** (limits[1] - rng.uniform(0.01, 1, 50)), 10.0 ** (limits[0] + rng.uniform(0, 1, 50))])
+    base = [10.0 ** rng.uniform(-12, 3, count), rng.uniform(0, 2, count), near, 10.0 ** rng.uniform(*limits, 200), ends]
+    base = np.concatenate(base)
     base = base.astype(kind).astype(np.float64)
     exponent = rng.choice([0.5, 1.5, 2.5, 0.7, -0.3, -1.5, 1 / 3, 7.25, 60.0, -64.0], base.size)
     exponent = exponent.astype(kind).astype(np.float64)
