@@ -1,6 +1,6 @@
 // interval_leaves.cl: how far F keeps its sign, and whether it has a single root, from the same of its leaves.
 //
-// provides  SURFACE(sight_t), SURFACE(see_values)(), SURFACE(see_slopes)()
+// provides  SURFACE(sight_t), SURFACE(see_values)(), SURFACE(see_slopes)(), SURFACE(leaf_at)()
 // needs     interval, search, interval_leaf; SURFACE(joined)(), SURFACE(start_bands)(), SURFACE(slope_bands)()
 //
 // F joins smooth leaves by max and min. One number h says how far a leaf keeps its sign. If h > 0, the leaf is not negative
@@ -18,7 +18,7 @@ typedef struct {
   maskv one;                     // F has a single root before `until`
   realv hold;                    // F keeps its sign up to here
   realv until;                   // the segment's length unless `closes`
-  realv leaf;                    // the number of a leaf whose change of sign ends `hold`
+  realv leaf;                    // the number of a leaf whose change of sign ends `hold`; -1 where none does
   realv fit;                     // as in leaf_t, of such leaves the least
 } SURFACE(sight_t);
 
@@ -37,10 +37,34 @@ static inline SURFACE(sight_t)
   sight.over = not_lane(on_root) & (ALONE ? sight.sure[0] : side * SURFACE(joined)(sight.holds) >= length);
   sight.turned = side * SURFACE(joined)(ends_at) < (realv)0;
   sight.closes = sight.one = (maskv)0;
-  sight.hold = sight.leaf = (realv)0;
+  sight.hold = (realv)0;
+  sight.leaf = (realv)-1;
   sight.until = length;
   sight.fit = HALF;
   return sight;
+}
+
+// The number of the only leaf that may change its sign on a segment, if F changes with it; else -1. Lanes of *asked where
+// one or more may change are taken out: a wider segment would not tell more.
+static inline realv SURFACE(leaf_at)(const SURFACE(parts_t) *parts, SURFACE(t) shape, maskv lanes, maskv *asked) {
+  band_t bands[SURFACE(LEAVES)];
+  SURFACE(bands)(parts, shape, bands);
+  realv above[SURFACE(LEAVES)], below[SURFACE(LEAVES)], leaf = (realv)-1;
+  maskv open = (maskv)0;
+#pragma unroll
+  for (int k = 0; k < SURFACE(LEAVES); ++k) {
+    const band_t band = band_settled(bands[k]);
+    const maskv may = not_lane(abs_v(band.mid) - abs_v(band.rise) - band.error >= (realv)0);
+    const realv sign = band.mid < (realv)0 ? (realv)-1 : (realv)1;
+    above[k] = may ? (realv)1 : sign;
+    below[k] = may ? (realv)-1 : sign;
+    open += one_step(may);
+    leaf = may ? (realv)k : leaf;
+  }
+  const maskv turns = SURFACE(joined)(above) * SURFACE(joined)(below) < (realv)0;
+  const maskv tells = lanes & (open == (maskv)1) & turns;
+  *asked = lanes & not_lane(tells) & not_lane(turns);
+  return tells ? leaf : (realv)-1;
 }
 
 // Prove more in the lanes of `asks`, by bounds of the slopes. turned: lanes where F is known to have the other sign at the

@@ -1,7 +1,7 @@
 // search_interval.cl: the first root by bounds of F and of its slope on segments of the ray; no crossing is missed.
 //
 // provides  SURFACE(isolate)()
-// needs     prelude, functions, interval, search, interval_leaves, SURFACE(on_segment)(); SURFACE(LEAVES), SURFACE(bands)()
+// needs     prelude, functions, interval, search, interval_leaves, SURFACE(on_segment)(), SURFACE(leaf_at)(); SURFACE(LEAVES), SURFACE(bands)()
 // source    Mitchell, Robust ray intersection with interval arithmetic, Graphics Interface 1990, for the tests of
 //           sign and slope; Kalra & Barr, Guaranteed ray intersections with implicit surfaces, SIGGRAPH 1989, for steps
 //           that pass no root. Here the slope's band is a line, and so its integral a parabola
@@ -17,6 +17,7 @@
 #ifndef SCAN_LIMIT
 #define SCAN_LIMIT 4096  // segments; usual are 1 to 3, more where F oscillates or its bounds say nothing: then UNDECIDED
 #endif
+#define WIDER_LIMIT 12  // times, each of 4, that the neighbourhood of a root grows in which its leaf is looked for
 #define FINEST ((realv)(8 * REAL_EPSILON))   // of t: a shorter segment has no places inside
 #define ONE_ROOT ((realv)(64 * REAL_EPSILON))  // of t: crossings that are closer are one
 
@@ -29,6 +30,7 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
   maskv turned = (maskv)0;  // lanes where F has another sign at the end
   maskv scans = search.lanes & (search.length > (realv)0);
   root_t root = no_root();
+  if (!ALONE) root.leaf = (realv)-1;
   root.undecided = search.lanes & not_lane(scans) & search.inside;
 
   for (int i = 0; i < SCAN_LIMIT && any_lane(scans); ++i) {
@@ -75,6 +77,23 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
     scans = scans & not_lane(one | passed | tiny);
   }
   root.undecided = root.undecided | scans;
+
+  // Where the last looks knew the signs of all leaves, the root is that of the only one that is 0 next to it
+  if (!ALONE) {
+    maskv asked = root.found & (root.leaf < (realv)0);
+    realv reach = (realv)(8 * REAL_EPSILON) * end;
+    for (int i = 0; i < WIDER_LIMIT && any_lane(asked); ++i) {
+      const SURFACE(parts_t) parts =
+          SURFACE(on_segment)(&search, HALF * (clear + end), HALF * (end - clear) + reach, shape);
+      const realv leaf = SURFACE(leaf_at)(&parts, shape, asked, &asked);
+      root.leaf = leaf >= (realv)0 ? leaf : root.leaf;
+      reach = (realv)4 * reach;
+    }
+    const maskv faceless = root.found & (root.leaf < (realv)0);
+    root.found = root.found & not_lane(faceless);
+    root.undecided = root.undecided | faceless;
+    root.leaf = max_v(root.leaf, (realv)0);
+  }
 
   root.t = (root.found ? HALF * (clear + end) : clear) * search.length;
   root.low = clear * search.length;

@@ -15,6 +15,7 @@
 // o + t way is at most share + g, with share of the lane and g of the plane, the part that grows with d.
 
 #define SURE 4    // errors: a plane whose value changes by less on the whole way is taken as parallel
+#define BEFORE 16  // errors of t: a doubt begins so long before the place that is in doubt
 #define FRONT 12  // errors: of a value, of a parallel plane's change, and of choosing the last plane by rounded numbers
 
 // The second largest of the planes' values, each with its g: of a point inside a face it is negative by an error.
@@ -40,6 +41,17 @@ static inline maskv SURFACE(is_in_front)(SURFACE(t) shape, real3v p, realv share
     front = front | (SURFACE(value)(plane, p, plane[3] + FRONT * plane[5]) > least);
   }
   return front;
+}
+
+// Lanes whose point is behind every plane for certain.
+static inline maskv SURFACE(is_behind)(SURFACE(t) shape, real3v p, realv share, realv moved) {
+  maskv behind = (maskv)-1;
+#pragma nounroll
+  for (int k = 0; k < SURFACE(PLANES); ++k) {
+    const real *plane = shape->planes + SURFACE(WORDS) * k;
+    behind = behind & (SURFACE(value)(plane, p, plane[4]) + share + moved < (realv)0);
+  }
+  return behind;
 }
 
 static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const method_t *method) {
@@ -88,7 +100,20 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
   if (any_lane(root.undecided & may_miss)) {
     root.undecided = root.undecided & not_lane(may_miss & SURFACE(is_in_front)(shape, p, share, moved));
   }
-  root.t = root.low = root.high = root.found ? t * search.length : (realv)0;
+
+  // A doubt begins where a ray inside may leave or one outside may enter: what is met before does not hang on it. A ray
+  // outside is in front of the last plane up to there; one inside is in the solid if it is there, which is convex
+  const maskv begins = root.undecided & known & crosses;
+  realv from = (realv)0;
+  if (any_lane(begins)) {
+    const realv before = min_v(max_v(place - (realv)BEFORE * doubt, (realv)0), (realv)1);
+    maskv sure = begins;
+    if (any_lane(begins & search.inside)) {
+      sure = begins & (not_lane(search.inside) | SURFACE(is_behind)(shape, at3(o, way, before), share, moved));
+    }
+    from = sure ? before : (realv)0;
+  }
+  root.t = root.low = root.high = (root.found ? t : from) * search.length;
   root.leaf = leaf;
   return root;
 }

@@ -10,7 +10,10 @@ from scenes import make_scene
 from thinned import thinned
 
 import lenscl
+from lenscl.config import Scene
+from lenscl.reference.oracle import prove_rays
 from lenscl.status import RayStatus
+from lenscl.tracing import film_rays
 
 CUBE = [[-1, -1, -1], [1, 1, 1]]
 RAYS = 3000
@@ -140,3 +143,42 @@ def test_a_march_takes_the_same_face_at_any_scale(power: int) -> None:
     assert (one.events > 0).sum() > RAYS // 4
     np.testing.assert_array_equal(other.events, one.events)
     np.testing.assert_array_equal(other.direction, one.direction)
+
+
+@pytest.mark.parametrize(
+    ("parts", "far"),
+    [
+        (("min(x, z)", "x^2 + y^2 + z^2 - 1"), 1e3),
+        (("min(x, z)", "x^2 + y^2 + z^2 - 1"), 1e4),
+        (("min(0.3 - abs(x), abs(z) - 0.3)", "x^2 + y^2 + z^2 - 1"), 1e3),
+    ],
+)
+def test_far_from_the_origin_the_order_of_faces_is_no_matter(parts: tuple[str, str], far: float) -> None:
+    """Where every face's sign is known by values alone it is still told which face a root is of."""
+
+    def traced(order: tuple[str, str]) -> lenscl.RayMap:
+        return lenscl.trace(
+            make_scene(
+                {"surface": f"max({', '.join(order)})", "bounds": [[-1.05] * 3, [1.05] * 3], "centre": [0, 0, far]},
+                source={"at": [1, 2, far + 4]},
+                film={"centre": [0.5, 1, far + 2], "right": [1.5, 0, 0], "down": [0, -1.5, 0], "size": [40, 40]},
+                picture={"centre": [0, 0, far - 3], "right": [8, 0, 0], "down": [0, -8, 0]},
+            )
+        )
+
+    one, other = traced(parts), traced((parts[1], parts[0]))
+    assert (one.events >= 2).sum() > 300
+    assert (one.status == RayStatus.UNDECIDED).sum() + (other.status == RayStatus.UNDECIDED).sum() < 4
+    both = (one.status != RayStatus.UNDECIDED) & (other.status != RayStatus.UNDECIDED)
+    np.testing.assert_array_equal(one.events[both], other.events[both])
+    np.testing.assert_array_equal(one.status[both], other.status[both])
+    proofs = prove_rays(*proved_rays(one))
+    assert [(proof.status, proof.events) for proof in proofs] == list(
+        zip(one.status.ravel()[::97].tolist(), one.events.ravel()[::97].tolist(), strict=True)
+    )
+
+
+def proved_rays(raymap: lenscl.RayMap) -> tuple[Scene, list[list[float]], list[list[float]]]:
+    """Return the scene of a map and some of the film's rays."""
+    origins, directions = film_rays(raymap.scene, np.arange(raymap.status.size)[::97])
+    return raymap.scene, origins.tolist(), directions.tolist()

@@ -157,6 +157,30 @@ def test_nearer_to_an_edge_than_closed_forms_tell_balls_agree_and_a_search_witho
     assert faults > 3
 
 
+@pytest.mark.parametrize("precision", ["single", "double", "mixed"])
+@pytest.mark.parametrize(
+    ("inner", "status", "events"),
+    [
+        ({"mirror": True}, RayStatus.BEHIND, 2),
+        ({"n": 1.0}, RayStatus.BEHIND, 3),
+        ({"absorbs": True}, RayStatus.BLOCKED, 1),
+    ],
+)
+def test_an_edge_behind_what_is_met_first_is_no_doubt(
+    inner: dict[str, Any], status: RayStatus, events: int, precision: str
+) -> None:
+    """A ray meets a ball in a cube, beyond which it would leave by an edge; and one before a cube's edge."""
+    ball = {"name": "ball", "surface": "sphere", "r": 0.15, "centre": [0.5, 0.55, 0.0], **inner}
+    cube = {"name": "cube", "surface": "box", "a": 2.0, "b": 2.0, "c": 2.0}
+    within = trace_rays(make_scene(cube, ball), [[0.0, 0.0, 0.0]], [[1.0, 1.0, 0.0]], precision=precision)
+    assert (within.status[0], within.events[0]) == (status, events)
+    stop = {"name": "stop", "surface": "sphere", "r": 0.3, "centre": [0.0, 0.0, 2.5], "absorbs": True}
+    turned = trace_rays(
+        make_scene(stop, cube | {"rotate": [45, 0, 0]}), [[0.1, 0, 4]], [[0, 0, -1]], precision=precision
+    )
+    assert (turned.status[0], turned.events[0]) == (RayStatus.BLOCKED, 1)
+
+
 def test_a_ray_that_misses_is_decided_wherever_it_passes() -> None:
     """Also in the plane of a face, beside it: the others tell."""
     scene = scene_of(OCTAHEDRON)
