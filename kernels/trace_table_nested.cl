@@ -17,7 +17,7 @@ kernel void trace(global const numbers_t *restrict numbers, const int lenses TAB
       if (step >= PARKS_FROM && parks(&ray, travels, layer, first PARK_ARGUMENTS)) break;
       to_next_surface(&ray, &travels, &scene, max_events COUNT_ARGUMENTS);
     }
-    place_t place = land(&ray, &scene.picture);
+    place_t place = land_from_glass(&ray, &scene.picture);
     place.distance += ray.passed;  // from the last event
     at_picture(&ray, &place, &scene);
     ray.origin = at3(ray.origin, ray.direction, -ray.passed);

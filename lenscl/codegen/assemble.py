@@ -60,6 +60,7 @@ def _written(structure: Structure) -> tuple[Layout, str]:
         *([located(f"total_{_possible(structure)}.cl")] if structure.snell == "exact" else []),
         located(f"snell_{structure.snell}.cl"),
         located("screen.cl"),
+        *([located("screen_nested.cl")] if structure.nests else []),
         *([located(f"picture_{'stops' if structure.stops else 'open'}.cl")] if structure.nests else []),
         located(f"ends_{structure.ends}.cl"),
         *_lens_numbers(structure),

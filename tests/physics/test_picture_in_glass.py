@@ -176,3 +176,24 @@ def test_rounding_of_places_keeps_the_side_of_every_edge() -> None:
     np.testing.assert_array_equal(within, status == RayStatus.PICTURE)
     np.testing.assert_array_equal(_rounded(st, status, np.dtype(np.float64)), st)
     np.testing.assert_allclose(rounded, st, atol=1e-7)
+
+
+@pytest.mark.parametrize("precision", ["double", "mixed", "single"])
+def test_a_solid_on_the_pictures_plane_and_wider_than_the_picture_lets_rays_land_beside_it(precision: str) -> None:
+    """Rays leave the solid on the plane itself; a gap of 1e-6 tells where they meet it."""
+
+    def traced(gap: float, precision: str) -> lenscl.RayMap:
+        return lenscl.trace(
+            make_scene(
+                {"surface": "box", "a": 8.0, "b": 8.0, "c": 1.0, "centre": [0.0, 0.0, gap - 0.7]},
+                source={"at": [0.0, 0.0, 5.0]},
+                film={"centre": [0.0, 0.0, 3.0], "right": [2.0, 0, 0], "down": [0, -2.0, 0], "size": [24, 24]},
+                picture={"centre": [0.0, 0.0, -1.2], "right": [1.2, 0, 0], "down": [0, -1.2, 0]},
+                numerics={"precision": precision},
+            )
+        )
+
+    touching, apart = traced(0.0, precision), traced(1e-6, "double")
+    assert (apart.status == RayStatus.OFF_PICTURE).sum() > 500
+    np.testing.assert_array_equal(touching.status, apart.status)
+    np.testing.assert_allclose(touching.st, apart.st, atol=1e-5)
