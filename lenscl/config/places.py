@@ -5,8 +5,8 @@ Up to 100,000 rows are kept as one block of bytes: quick to compare, to hash and
 
 from __future__ import annotations
 
-import math
 import os
+import re
 import stat
 import struct
 from collections.abc import Iterator, Sequence
@@ -31,6 +31,7 @@ _ROW = struct.Struct("=3d")
 _WHAT = "a list of places [x, y, z], one or more, or the name of a file with a row x, y, z a line"
 _PLACE = Numbers(3, 3, "three numbers [x, y, z]")
 _NUMBER = Number()
+_QUOTED = re.compile(r"""\"[^\"]*\"|'[^']*'""")
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -125,21 +126,27 @@ def _are_numbers(rows: Sequence[Any]) -> bool:
 
 
 def _of_file(name: str) -> Places:
-    """Return the places that a file has: a row x, y, z a line, with commas, tabs or blanks between; `#` comments."""
+    """Return the places that a file has: a row x, y, z a line, with commas, tabs or blanks between; `#` comments.
+
+    The first row may be the names of the columns, x, y, z in this order. Any other line that is not three numbers is
+    refused, so that no line is lost and no columns change places.
+    """
     where = file_text(name)
     rows: list[Vec3] = []
     is_first = True
     for line, text in enumerate(_text(name, where).splitlines(), 1):
-        words = text.partition("#")[0].replace(",", " ").split()
-        if not words:
+        row = text.partition("#")[0].strip()
+        if not row:
             continue
         was_first, is_first = is_first, False
+        fields = _fields(row)
+        if was_first and [field.lower() for field in fields] == ["x", "y", "z"]:
+            continue
         try:
-            x, y, z = (_NUMBER(_as_number(word)) for word in words)
+            x, y, z = (_NUMBER(_as_number(field)) for field in fields)
         except ValueError as error:  # PydanticCustomError is one
-            if was_first and not any(_is_number(word) for word in words):
-                continue  # a header
             why = error.message() if isinstance(error, PydanticCustomError) else f"got {short(text.strip())}"
+            why += _hint(row, fields, was_first)
             raise wrong(f"{where}, line {line}: must be three finite numbers x, y, z; {why}") from None
         rows.append((x, y, z))
     if not rows:
@@ -148,17 +155,32 @@ def _of_file(name: str) -> Places:
     return Places.of(rows)
 
 
+def _fields(row: str) -> list[str]:
+    """Return the fields of a row, without quotation marks.
+
+    One separator holds for a row: the comma if there is one, else the tab, else blanks. So "1,5 2", which may be two
+    numbers with decimal commas, is not three, and an empty field between two commas or two tabs remains a field.
+    """
+    separator = next((mark for mark in ",\t" if mark in row), None)
+    fields = re.split(" +", row) if separator is None else [field.strip() for field in row.split(separator)]
+    return [field[1:-1].strip() if _QUOTED.fullmatch(field) else field for field in fields]
+
+
+def _hint(row: str, fields: Sequence[str], is_first: bool) -> str:
+    """Return what to say of a row that is refused."""
+    if ";" in row:
+        return '; the separator ";" is not read: put commas, tabs or blanks between the numbers'
+    if "" in fields:
+        return "; a field is empty"
+    if is_first and any(field[:1].isalpha() for field in fields):
+        return "; column names, if the first line has them, must be x, y, z in this order"
+    return ""
+
+
 def _as_number(word: str) -> float:
     if "_" in word:  # which Python takes for a part of a number
         raise ValueError(word)
     return float(word)
-
-
-def _is_number(word: str) -> bool:
-    try:
-        return not math.isnan(_as_number(word))
-    except ValueError:
-        return False
 
 
 def _text(name: str, where: str) -> str:

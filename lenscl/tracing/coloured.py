@@ -1,23 +1,26 @@
 """Colours of lenses: any two whose solids may share a point differ. Few colours then tell a set of many lenses.
 
-Boxes in the world decide: where they are apart so are the solids. A plate with a thousand lenses on it has one colour
-more than the lenses among themselves.
+Boxes in the world decide: where they are apart so are the solids. They are those in which rays search the solids, not
+bounds that are much wider. A plate with a thousand lenses on it has one colour more than the lenses among themselves.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lenscl.config import Scene
+from lenscl.config import Lenses, Scene
 from lenscl.errors import StudyError
-from lenscl.tracing.boxes import world_boxes
+from lenscl.tracing.boxes import BoxTree
+from lenscl.tracing.placement import Placement
+from lenscl.tracing.tight import search_box
 
 MOST_COLOURS = 24  # bits of a set: a whole number that single precision holds
 _MARGIN = 1e-6  # of the lengths at hand, by which boxes have to be apart: far more than single precision rounds
-_TOGETHER = 2**22  # pairs of boxes that are looked at together
+_FIRST_ASK, _MOST_ASK, _AT_ONCE = 64, 2**14, 2**20  # boxes whose neighbours are sought together, and pairs of boxes
 
 Array = NDArray[np.float64]
 
@@ -30,16 +33,27 @@ def colours_of(scene: Scene) -> tuple[int, ...]:
     StudyError
         If there are more than a set holds.
     """
-    low, high = world_boxes(scene.lenses)
+    low, high = _solid_boxes(scene.lenses)
     colours = _coloured(low.tobytes(), high.tobytes())
     if max(colours) >= MOST_COLOURS:
         raise StudyError(
             [
-                f"lens: the boxes of more than {MOST_COLOURS} lenses overlap each other, and some of their solids may "
-                "touch or overlap; move them apart, or leave some out: `lenscl explain` names those not proved apart"
+                f"lens: the boxes of the lenses overlap too much to be told apart by {MOST_COLOURS} colours; give "
+                "narrower lens.bounds where lenses have bounds, move lenses apart so that fewer touch or overlap, "
+                "or leave some out"
             ]
         )
     return colours
+
+
+def _solid_boxes(lenses: Lenses) -> tuple[Array, Array]:
+    """Return the corners, shape (N, 3) each, of boxes of the world about the boxes in which lenses are searched."""
+    low, high = np.empty((2, len(lenses), 3))
+    for group in lenses.groups:
+        solid, part = group.lens.solid, slice(group.first, group.first + len(group))
+        corners = replace(Placement.of(solid), box=search_box(solid)).corners()
+        low[part], high[part] = group.centres + corners.min(axis=0), group.centres + corners.max(axis=0)
+    return low, high
 
 
 @lru_cache(maxsize=16)
@@ -57,20 +71,17 @@ def _neighbours(low: Array, high: Array) -> list[list[int]]:
     """Return for each box the numbers of those that overlap with it, or are as near as the margin."""
     slack = _MARGIN * np.maximum(np.abs(low), np.abs(high)).max(axis=1, keepdims=True)
     low, high = low - slack, high + slack
-    beside: list[list[int]] = [[] for _ in range(len(low))]
-    order = np.argsort(low[:, 0])
-    ends = np.searchsorted(low[order, 0], high[order, 0], side="right")  # boxes that begin before this one ends
-    begin = 0
-    while begin < len(order):
-        counts = np.maximum(ends[begin:] - np.arange(begin, len(order)) - 1, 0)
-        stop = begin + max(1, int(np.searchsorted(np.cumsum(counts), _TOGETHER)))
-        counts = counts[: stop - begin]
-        first = np.repeat(np.arange(begin, begin + len(counts)), counts)
-        second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
-        one, other = order[first], order[second]
-        meets = ((low[one] <= high[other]) & (low[other] <= high[one])).all(axis=1)
-        for i, j in zip(one[meets].tolist(), other[meets].tolist(), strict=True):
-            beside[i].append(j)
-            beside[j].append(i)
-        begin += len(counts)
+    tree = BoxTree(low, high)
+    beside: list[list[int]] = []
+    first, count = 0, _FIRST_ASK
+    while first < len(low):
+        asks, found = tree.meeting(low[first : first + count], high[first : first + count])
+        others = found != asks + first
+        asks, found = asks[others], found[others]
+        size = min(count, len(low) - first)
+        ends = np.searchsorted(asks, np.arange(1, size))
+        beside += [each.tolist() for each in np.split(found, ends)]
+        first += size
+        # As many at a time as memory allows, going by those before
+        count = int(np.clip(_AT_ONCE * count / max(len(asks), 1), 1, min(_MOST_ASK, 4 * count)))
     return beside

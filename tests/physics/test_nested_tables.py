@@ -16,6 +16,8 @@ from lenscl.accuracy.selfcheck import check_rays
 from lenscl.config import Scene
 from lenscl.device import choose
 from lenscl.tracing import RayMap, film_rays, structure
+from lenscl.tracing import coloured as coloured_module
+from lenscl.tracing.boxes import BoxTree
 from lenscl.tracing.coloured import _neighbours, colours_of
 
 PLATE: dict[str, Any] = {
@@ -139,7 +141,7 @@ def test_rays_start_in_and_on_solids_of_every_colour() -> None:
 
 def test_more_colours_than_a_set_holds_are_refused() -> None:
     heap = [{"surface": "sphere", "name": f"b{i}", "r": 0.5 + 0.01 * i} for i in range(30)]
-    with pytest.raises(StudyError, match="boxes of more than 24 lenses overlap"):
+    with pytest.raises(StudyError, match="overlap too much to be told apart by 24 colours"):
         trace(make_scene(*heap))
 
 
@@ -186,3 +188,45 @@ def test_neighbours_differ_in_colour() -> None:
     colours = colours_of(scene)
     assert max(colours) < 6
     assert colours.count(colours[0]) == 1, "the plate touches all others"
+
+
+def test_a_plate_across_x_is_coloured_with_the_work_of_one_across_z(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Boxes that share an x are not all compared with each other: 4096 of them would be 8 million pairs."""
+    compared = 0
+    walked = BoxTree._walked
+
+    def counted(tree: BoxTree, count: int, first: int, meets: Any) -> Any:
+        def counts(asks: Any, *boxes: Any) -> Any:
+            nonlocal compared
+            compared += len(asks)
+            return meets(asks, *boxes)
+
+        return walked(tree, count, first, counts)
+
+    monkeypatch.setattr(BoxTree, "_walked", counted)
+    across = np.stack(np.meshgrid(np.arange(64.0), np.arange(64.0), [0.0]), axis=-1).reshape(-1, 3)
+    found = []
+    for order in ([0, 1, 2], [2, 0, 1], [1, 2, 0]):
+        compared, places = 0, across[:, order]
+        found.append([sorted(own) for own in _neighbours(places - 0.55, places + 0.55)])
+        assert 4096 < compared < 100 * 4096, compared
+        colours = coloured_module._coloured((places - 0.55).tobytes(), (places + 0.55).tobytes())
+        assert max(colours) == 3
+    assert found[0] == found[1] == found[2]
+    assert sum(map(len, found[0])) == 2 * (2 * 63 * 64 + 2 * 63**2)
+
+
+def test_wide_bounds_do_not_use_up_the_colours() -> None:
+    """Half balls that touch in a lattice, in bounds three times as wide: each pair of bounds shares a part."""
+    at = [[0.2 * i - 0.3, 0.2 * j - 0.3, 0.2 * k] for i in range(4) for j in range(4) for k in range(2)]
+    half = {"surface": "max(x^2+y^2+z^2-0.01,-z)", "bounds": [[-0.3] * 3, [0.3] * 3], "at": at}
+    film = {"size": [12, 12], "right": [0.4, 0, 0], "down": [0, -0.4, 0]}
+    scene = make_scene(half, film=film)
+    assert max(colours_of(scene)) == 3
+    raymap = trace(scene)
+    assert raymap.kernel.structure.colours
+    twin = reference.trace(scene)
+    decided = (raymap.status.ravel() != RayStatus.UNDECIDED) & (twin.status != RayStatus.UNDECIDED)
+    assert (decided & (twin.events >= 2)).sum() > 40
+    np.testing.assert_array_equal(raymap.status.ravel()[decided], twin.status[decided])
+    np.testing.assert_array_equal(raymap.events.ravel()[decided], twin.events[decided])
