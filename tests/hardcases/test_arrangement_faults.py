@@ -33,6 +33,8 @@ _BEHIND = (
     Fault("picture behind the face that it lies on", _STOP, "(place.distance - blur > hit->high);",
           "(place.distance + blur > hit->low);"),
     Fault("and not seen from the face", _STOP, "(place.distance > -blur);", "(place.distance > blur);"),
+    Fault("and landed on from behind it", "screen_nested.cl",
+          "end_ray(ray, on_plane & not_lane(beside), RAY_UNDECIDED);", ""),
 )  # fmt: skip
 _LATE = Fault("surfaces before the picture", _STOP, "behind = hit->found & (place.distance - blur > hit->high);",
               "behind = hit->found;")  # fmt: skip
