@@ -46,9 +46,7 @@ static inline SURFACE(sight_t)
 
 // The number of the only leaf that may change its sign on a segment, if F changes with it; else -1. Lanes of *asked where
 // one or more may change are taken out: a wider segment would not tell more.
-static inline realv SURFACE(leaf_at)(const SURFACE(parts_t) *parts, SURFACE(t) shape, maskv lanes, maskv *asked) {
-  band_t bands[SURFACE(LEAVES)];
-  SURFACE(bands)(parts, shape, bands);
+static inline realv SURFACE(leaf_at)(const band_t bands[SURFACE(LEAVES)], maskv lanes, maskv *asked) {
   realv above[SURFACE(LEAVES)], below[SURFACE(LEAVES)], leaf = (realv)-1;
   maskv open = (maskv)0;
 #pragma unroll

@@ -85,7 +85,9 @@ static inline root_t SURFACE(isolate)(search_t search, SURFACE(t) shape, const m
     for (int i = 0; i < WIDER_LIMIT && any_lane(asked); ++i) {
       const SURFACE(parts_t) parts =
           SURFACE(on_segment)(&search, HALF * (clear + end), HALF * (end - clear) + reach, shape);
-      const realv leaf = SURFACE(leaf_at)(&parts, shape, asked, &asked);
+      band_t bands[SURFACE(LEAVES)];
+      SURFACE(bands)(&parts, shape, bands);
+      const realv leaf = SURFACE(leaf_at)(bands, asked, &asked);
       root.leaf = leaf >= (realv)0 ? leaf : root.leaf;
       reach = (realv)4 * reach;
     }
